@@ -1,0 +1,176 @@
+"""The record of a run: an append-only sequence of what was seen and what was done.
+
+Laws: nothing is ever changed or removed; every entry has its place in the order in which
+it became known; a frame costs at most 40 bytes of memory; what is written to disk is
+written as it comes (a sink gets each entry at once).
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import NamedTuple, Protocol
+
+from hil_tests.clock import Interval
+from node_model.frame import Frame
+
+
+class Sighting(NamedTuple):
+    """A frame seen on the bus. It ended between `at - doubt_ns` and `at`."""
+
+    frame: Frame
+    at: int
+    doubt_ns: int = 0
+    own: bool = False
+    """Sent by the tester itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """Something that the bench did to the device: it took effect somewhere in an interval.
+
+    `what` is one of the verbs "power", "keys", "bitrate", "send", "mark"; `detail` is
+    plain data that describes it completely, so that a recording can be judged again.
+    """
+
+    what: str
+    began_at: int
+    ended_at: int
+    detail: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def when(self) -> Interval:
+        """The interval in which it took effect."""
+        return Interval(self.began_at, self.ended_at)
+
+
+class EventKind(Enum):
+    """What a port can tell of the bus besides frames."""
+
+    ERROR = "error frame"
+    BUS_OFF = "bus off"
+    OVERFLOW = "receive overflow"
+    GAP = "frames lost"
+    FD_FRAME = "CAN FD frame"
+    DOWN = "interface down"
+    STALL = "host stalled"
+
+
+@dataclass(frozen=True, slots=True)
+class BusEvent:
+    """Something that happened on the bus or to its reader.
+
+    `lost` counts the frames that a GAP or OVERFLOW cost (0 = not known).
+    """
+
+    kind: EventKind
+    at: int
+    text: str = ""
+    lost: int = 0
+
+
+Entry = Sighting | Moment | BusEvent
+
+
+class Sink(Protocol):
+    """Where a trace is written as it comes; see reporting for the pcapng one."""
+
+    def write(self, entry: Entry) -> None:
+        """Store one entry; after this call a killed process has not lost it."""
+
+
+class Trace:
+    """Append-only record; frames in packed columns, the rest as objects in between."""
+
+    __slots__ = ("_at", "_body", "_doubt", "_head", "_others", "_places", "_sinks")
+
+    def __init__(self, *sinks: Sink) -> None:
+        self._at = array("q")
+        self._doubt = array("q")
+        self._head = array("q")
+        self._body = array("Q")
+        self._others: list[Moment | BusEvent] = []
+        self._places = array("q")
+        self._sinks = sinks
+
+    def __len__(self) -> int:
+        """How many frames it holds."""
+        return len(self._at)
+
+    def see(self, sighting: Sighting) -> int:
+        """Append a frame; returns its index among the frames."""
+        frame, at, doubt_ns, own = sighting
+        self._at.append(at)
+        self._doubt.append(doubt_ns)
+        self._head.append(frame.head | own << 40)
+        data = frame.data
+        self._body.append(int.from_bytes(data, "big") if data else 0)
+        for sink in self._sinks:
+            sink.write(sighting)
+        return len(self._at) - 1
+
+    def note(self, entry: Moment | BusEvent) -> None:
+        """Append a stimulus or a bus event."""
+        self._others.append(entry)
+        self._places.append(len(self._at))
+        for sink in self._sinks:
+            sink.write(entry)
+
+    def frame(self, index: int) -> Sighting:
+        """The frame with that index (negative ones count from the end)."""
+        head = self._head[index]
+        size = 0 if head >> 30 & 1 else min(head >> 32 & 0xF, 8)
+        return Sighting(
+            Frame.unpack(head, self._body[index].to_bytes(8, "big")[8 - size :]),
+            self._at[index],
+            self._doubt[index],
+            bool(head >> 40 & 1),
+        )
+
+    def frames(self, start: int = 0, stop: int | None = None) -> Iterator[Sighting]:
+        """The frames from index `start` up to, not including, `stop`."""
+        for index in range(*slice(start, stop).indices(len(self))):
+            yield self.frame(index)
+
+    def moments(self) -> Iterator[Moment]:
+        """The stimuli, in order."""
+        return (entry for entry in self._others if isinstance(entry, Moment))
+
+    def events(self) -> Iterator[BusEvent]:
+        """The bus events, in order."""
+        return (entry for entry in self._others if isinstance(entry, BusEvent))
+
+    def entries(self, start: int = 0) -> Iterator[Entry]:
+        """Everything in the order in which it became known, from frame index `start`."""
+        others = iter(zip(self._places, self._others, strict=True))
+        place, other = next(others, (None, None))
+        for index in range(len(self) + 1):
+            while place is not None and other is not None and place <= index:
+                if place >= start:
+                    yield other
+                place, other = next(others, (None, None))
+            if start <= index < len(self):
+                yield self.frame(index)
+
+    def index_at(self, instant: int) -> int:
+        """Index of the first frame whose stamp is `instant` or later.
+
+        Stamps of one port rise, so a binary search finds it; on a port whose stamps may
+        step back the answer is a place to start looking.
+        """
+        low, high = 0, len(self)
+        while low < high:
+            middle = (low + high) // 2
+            if self._at[middle] < instant:
+                low = middle + 1
+            else:
+                high = middle
+        return low
+
+    @property
+    def bytes_used(self) -> int:
+        """Memory of the packed columns, in bytes."""
+        columns = (self._at, self._doubt, self._head, self._body)
+        return sum(column.buffer_info()[1] * column.itemsize for column in columns)
