@@ -1,0 +1,316 @@
+"""Virtual time: several nodes and a tester on one bit-timed, arbitrated wire.
+
+Laws: time is integer nanoseconds and never goes back; the same calls give the same frames
+at the same instants, whatever interpreter or hash seed runs them. A frame occupies the
+wire for its exact length (stuff bits included) plus the intermission; of the frames that
+wait when the wire falls idle the lowest identifier wins. At one instant devices act before
+stimuli, stimuli before the end of a frame, the end of a frame before the next start.
+
+What the wire does not do: bit errors, error frames, CAN FD. A controller at another bit
+rate than the wire is deaf and mute and loses what it wanted to send (bus-off); a
+controller that is alone keeps its frames until there is somebody to acknowledge them.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from enum import Enum
+from heapq import heapify, heappop, heappush, heapreplace
+
+from node_model.frame import INTERMISSION_BITS, Frame
+from node_model.node import Frames, Node
+
+FOREVER = 1 << 62
+DEFAULT_DEPTH = 256
+
+
+class Mailbox(Enum):
+    """In which order a controller sends the frames that wait in it."""
+
+    FIFO = "fifo"
+    BY_IDENTIFIER = "by identifier"
+
+
+Waiting = tuple[int, int, Frame, int, "Controller"]
+"""Arbitration order, order of asking, the frame, when it was asked for, and by whom."""
+
+
+class Controller:
+    """One station on the wire: a node, or with None the tester's own end.
+
+    Its `lost` counts frames that a full mailbox or the wrong bit rate cost.
+    """
+
+    __slots__ = (
+        "by_identifier",
+        "depth",
+        "due_at",
+        "listens_to",
+        "lost",
+        "node",
+        "rate",
+        "waiting",
+    )
+
+    def __init__(self, node: Node | None, mailbox: Mailbox, depth: int) -> None:
+        self.node = node
+        self.by_identifier = mailbox is Mailbox.BY_IDENTIFIER
+        self.depth = depth
+        self.waiting: deque[Waiting] = deque()
+        self.due_at: int | None = None
+        self.rate = -1
+        self.listens_to: frozenset[int] | None = frozenset()
+        self.lost = 0
+
+
+Delivery = tuple[Frame, int, Controller, int]
+"""A finished frame: itself, when it ended, who sent it, and when that was asked for."""
+
+Event = tuple[int, int, int, "Controller | Callable[[int], None]"]
+
+
+class World:
+    """One wire and everything on it.
+
+    Args:
+        bit_rate: of the wire in bit/s; a divisor of 1 000 000 000.
+        now: the instant at which it begins.
+    """
+
+    def __init__(self, bit_rate: int = 125_000, now: int = 0) -> None:
+        self.now = now
+        self.bit_rate = bit_rate
+        self.bit_ns = 1_000_000_000 // bit_rate
+        self.controllers: list[Controller] = []
+        self._events: list[Event] = []
+        self._order = 0
+        self._routes: dict[int, tuple[Controller, ...]] = {}
+        self._audience = 0
+        self._contest: list[Waiting] = []
+        """Heap of the frames that take part in the next arbitration."""
+        self._flying: Waiting | None = None
+        self._ends_at = 0
+        self._idle_from = now
+
+    # Who is there.
+
+    def attach(
+        self,
+        node: Node | None = None,
+        mailbox: Mailbox = Mailbox.FIFO,
+        depth: int = DEFAULT_DEPTH,
+    ) -> Controller:
+        """Put a node, or with None a tester, on the wire.
+
+        Args:
+            node: told the time and the frames from now on.
+            mailbox: order of its waiting frames.
+            depth: how many frames may wait; further ones are lost.
+        """
+        controller = Controller(node, mailbox, depth)
+        self.controllers.append(controller)
+        if node is None:
+            controller.rate = self.bit_rate
+            self._count()
+        else:
+            self._settle(controller)
+        return controller
+
+    def set_bit_rate(self, bit_rate: int) -> None:
+        """The wire, and every tester on it, runs at `bit_rate` bit/s from now on."""
+        if bit_rate == self.bit_rate:
+            return
+        self._abort()
+        self.bit_rate = bit_rate
+        self.bit_ns = 1_000_000_000 // bit_rate
+        for controller in self.controllers:
+            if controller.node is None:
+                controller.rate = bit_rate
+            self._drop_if_deaf(controller)
+        self._count()
+
+    # What is done to it.
+
+    def send(self, controller: Controller, frame: Frame) -> None:
+        """Queue a frame for a controller."""
+        self._queue(controller, (frame,))
+
+    def act(self, controller: Controller, verb: Callable[[int], Frames]) -> None:
+        """Tell a node something (its power, its keys) at this instant."""
+        self._queue(controller, verb(self.now))
+        self._settle(controller)
+
+    def at(self, instant: int, action: Callable[[int], None]) -> None:
+        """Put a stimulus on the calendar; it is called with its instant."""
+        self._order += 1
+        heappush(self._events, (max(instant, self.now), 1, self._order, action))
+
+    # How time passes.
+
+    def run(self, until: int) -> None:
+        """Let time pass; the frames are seen by the nodes alone."""
+        while self.next_frame(until) is not None:
+            pass
+
+    def next_frame(self, until: int) -> Delivery | None:
+        """Let time pass until a frame has ended, or until `until`.
+
+        Returns:
+            The frame, or None when `until` has come; then the world's time is `until`, or
+            what it was if that is later.
+        """
+        events = self._events
+        while True:
+            at = events[0][0] if events else FOREVER
+            flying = self._flying
+            if flying is not None:
+                wire_at = self._ends_at
+            elif self._contest and self._audience > 1:
+                wire_at = self._idle_from if self._idle_from > self.now else self.now
+            else:
+                wire_at = FOREVER
+            if at <= wire_at:
+                if at > until:
+                    break
+                self._event(at)
+            elif wire_at > until:
+                break
+            elif flying is not None:
+                return self._finish(flying)
+            else:
+                self._start(wire_at)
+        if until > self.now:
+            self.now = until
+        return None
+
+    # The parts of it.
+
+    def _event(self, at: int) -> None:
+        """Whatever stands at the top of the calendar."""
+        events = self._events
+        target = events[0][3]
+        if not isinstance(target, Controller):
+            heappop(events)
+            self.now = at
+            target(at)
+            return
+        node = target.node
+        if target.due_at != at or node is None:
+            heappop(events)
+            return
+        self.now = at
+        frames = node.advance(at)
+        if frames:
+            self._queue(target, frames)
+        if node.bit_rate != target.rate or node.listens_to is not target.listens_to:
+            self._retune(target, node)
+        due = target.due_at = node.deadline()
+        if due is None:
+            heappop(events)
+        else:
+            self._order += 1
+            heapreplace(events, (due, 0, self._order, target))
+
+    def _push(self, at: int, controller: Controller) -> None:
+        self._order += 1
+        heappush(self._events, (at, 0, self._order, controller))
+
+    def _queue(self, controller: Controller, frames: Frames) -> None:
+        """A node asks for frames to be sent."""
+        node = controller.node
+        rate = self.bit_rate if node is None else node.bit_rate
+        waiting = controller.waiting
+        for frame in frames:
+            if rate != self.bit_rate or len(waiting) >= controller.depth:
+                controller.lost += 1
+                continue
+            self._order += 1
+            entry = (frame.order, self._order, frame, self.now, controller)
+            if not waiting or controller.by_identifier:
+                heappush(self._contest, entry)
+            waiting.append(entry)
+
+    def _settle(self, controller: Controller) -> None:
+        """A node was told something: its outputs may have changed."""
+        node = controller.node
+        if node is None:
+            return
+        if node.bit_rate != controller.rate or node.listens_to is not controller.listens_to:
+            self._retune(controller, node)
+        due = node.deadline()
+        if due != controller.due_at:
+            controller.due_at = due
+            if due is not None:
+                self._push(due, controller)
+
+    def _retune(self, controller: Controller, node: Node) -> None:
+        """A controller changed its bit rate or its acceptance filter."""
+        controller.rate = node.bit_rate
+        controller.listens_to = node.listens_to
+        flying = self._flying
+        if flying is not None and flying[4] is controller and controller.rate != self.bit_rate:
+            self._abort()
+        self._drop_if_deaf(controller)
+        self._count()
+
+    def _drop_if_deaf(self, controller: Controller) -> None:
+        """Off the wire's bit rate nothing can be sent: what waited is lost."""
+        if controller.rate != self.bit_rate and controller.waiting:
+            controller.lost += len(controller.waiting)
+            controller.waiting.clear()
+            self._contest = [entry for entry in self._contest if entry[4] is not controller]
+            heapify(self._contest)
+
+    def _count(self) -> None:
+        """Who hears and acknowledges has changed."""
+        self._audience = sum(c.rate == self.bit_rate for c in self.controllers)
+        self._routes.clear()
+
+    def _abort(self) -> None:
+        """The frame on the wire is cut off in the middle."""
+        if self._flying is not None:
+            self._flying[4].lost += 1
+            self._flying = None
+            self._idle_from = self.now + INTERMISSION_BITS * self.bit_ns
+
+    def _start(self, at: int) -> None:
+        """The wire is idle and somebody wants it: the lowest identifier wins."""
+        best = heappop(self._contest)
+        sender = best[4]
+        waiting = sender.waiting
+        if waiting[0] is best:
+            waiting.popleft()
+        else:
+            waiting.remove(best)
+        if waiting and not sender.by_identifier:
+            heappush(self._contest, waiting[0])
+        self.now = at
+        self._flying = best
+        self._ends_at = at + best[2].bits * self.bit_ns
+
+    def _finish(self, flying: Waiting) -> Delivery:
+        """The frame on the wire has ended: everybody at this rate has it."""
+        _, _, frame, requested_at, sender = flying
+        self._flying = None
+        self.now = at = self._ends_at
+        self._idle_from = at + INTERMISSION_BITS * self.bit_ns
+        key = -1 if frame.extended else frame.can_id
+        route = self._routes.get(key)
+        for listener in self._route(key) if route is None else route:
+            node = listener.node
+            if listener is not sender and node is not None:
+                frames = node.receive(frame, at)
+                if frames:
+                    self._queue(listener, frames)
+                self._settle(listener)
+        return frame, at, sender, requested_at
+
+    def _route(self, key: int) -> tuple[Controller, ...]:
+        """The stations whose acceptance filter lets this identifier through; -1 = extended."""
+        route = self._routes[key] = tuple(
+            c
+            for c in self.controllers
+            if c.rate == self.bit_rate and (c.listens_to is None or key in c.listens_to)
+        )
+        return route
