@@ -1,0 +1,109 @@
+"""Reads a TOML file that anybody may have written into plain tables.
+
+Bounded before it is parsed: Python's TOML parser takes time that grows with the square
+of the number of dots in a line, half a minute for a line of 64 KiB.
+"""
+
+from __future__ import annotations
+
+import difflib
+import itertools
+import os
+import re
+import stat
+import tomllib
+from pathlib import Path
+from typing import NoReturn
+
+from hil_tests.config.report import Problem, fail
+
+MAX_BYTES = 64 * 1024
+MAX_LINE = 1000
+"""Characters; the longest sensible line, a table of keys, has about 200."""
+
+_PLACE = re.compile(r"\s*\(at (line \d+, column \d+|end of document)\)\s*$")
+
+
+def read_document(path: str) -> dict[str, object]:
+    """The tables of a TOML file.
+
+    Raises:
+        ConfigError: the file is missing, no regular file, unreadable, too big, not UTF-8
+            or no TOML; the text gives the line where there is one.
+    """
+    data = _read_bytes(path)
+    try:
+        text = data.decode("utf-8-sig")  # Windows editors write a byte order mark
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        _refuse(path, f"line {line}: byte {data[error.start]:#04x} is no UTF-8; save it as UTF-8")
+    return parse_document(text, path)
+
+
+def parse_document(text: str, path: str) -> dict[str, object]:
+    """The tables of a TOML text; `path` names it in errors.
+
+    Raises:
+        ConfigError: the text is too long or no TOML.
+    """
+    for number, line in enumerate(text.split("\n"), 1):
+        if len(line) > MAX_LINE:
+            _refuse(path, f"line {number}: longer than {MAX_LINE} characters; break it up")
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        _refuse(path, _syntax(str(error), text))
+    except RecursionError:
+        _refuse(path, "nested too deeply; a file of this kind has two levels")
+    except ValueError as error:  # an integer of more digits than Python converts
+        _refuse(path, f"unreadable number or date ({str(error)[:60]})")
+
+
+def _read_bytes(path: str) -> bytes:
+    try:
+        mode = os.stat(path).st_mode
+        if not stat.S_ISREG(mode):
+            _refuse(path, _not_a_file(mode))
+        with open(path, "rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        _refuse(path, f"no such file{_neighbour(path)}")
+    except OSError as error:
+        _refuse(path, f"cannot be read: {error.strerror or error}")
+    except ValueError as error:  # a NUL in the name
+        _refuse(path, f"is no file name: {error}")
+    if len(data) > MAX_BYTES:
+        _refuse(path, f"larger than {MAX_BYTES // 1024} KiB; is it the right file?")
+    return data
+
+
+def _not_a_file(mode: int) -> str:
+    if stat.S_ISDIR(mode):
+        return "is a directory; name the TOML file in it"
+    return "is a device, pipe or socket; name a regular TOML file"
+
+
+def _neighbour(path: str) -> str:
+    """A file beside the missing one whose name is much like it."""
+    wanted = Path(path)
+    try:
+        names = [entry.name for entry in itertools.islice(wanted.parent.iterdir(), 500)]
+    except (OSError, ValueError):
+        return f"; the folder {wanted.parent} cannot be listed"
+    close = difflib.get_close_matches(wanted.name[:64], names, n=1)
+    return f"; did you mean {wanted.with_name(close[0])}?" if close else ""
+
+
+def _syntax(message: str, text: str) -> str:
+    """The parser's complaint with the place in front."""
+    found = _PLACE.search(message)
+    if not found:
+        return f"no TOML: {message}"
+    place, what = found[1], message[: found.start()]
+    if place == "end of document":
+        place = f"line {text.rstrip().count(chr(10)) + 1}, at the end"
+    return f"{place}: no TOML: {what[:200]}"
+
+
+def _refuse(path: str, what: str) -> NoReturn:
+    fail(path, [Problem((), what)])
