@@ -1,0 +1,274 @@
+"""A port over Linux SocketCAN: a raw socket, read with `recvmsg`.
+
+The clock is CLOCK_REALTIME in ns, the one with which the kernel stamps frames. Where an
+adapter stamps in hardware, its stamps are followed onto that clock. If somebody sets the
+clock while a test runs, a GAP event says by how much: intervals across it mean nothing.
+
+Laws beyond those of a port: own frames are told by MSG_CONFIRM, which the kernel sets on
+them alone; frames that the kernel dropped are counted by SO_RXQ_OVFL and told as a GAP
+before the next frame; when the interface goes down, what was received before comes out
+first, then one DOWN event, then every verb raises `BusUnavailable`.
+"""
+
+from __future__ import annotations
+
+import errno
+import select
+import socket
+import sys
+import time
+from collections import deque
+from collections.abc import Sequence
+
+from hil_tests.bus import link, rawcan
+from hil_tests.bus.errorframes import error_event
+from hil_tests.bus.lock import ChannelLock
+from hil_tests.bus.stamps import Follower, StepWatch
+from hil_tests.clock import MS, US, S, show_span
+from hil_tests.errors import BusUnavailable
+from hil_tests.trace import BusEvent, EventKind, Sighting
+from node_model.frame import Frame
+
+SIMULATED_DOUBT_NS = 20 * US
+"""vcan stamps a frame inside the sender's own system call."""
+SOFTWARE_DOUBT_NS = 1 * MS
+"""Interrupt or USB latency of an adapter without stamps of its own (up to 0.9 ms seen)."""
+HARDWARE_DOUBT_NS = 100 * US
+"""Of an adapter's own stamp once it is followed onto our clock."""
+
+SEND_LIMIT_NS = 1 * S
+_SEND_RETRY_S = 0.0005
+_STEP_CHECK_NS = 100 * MS
+_MOST_CACHED = 4096
+_GAP_TEXT = "the kernel dropped frames because they were not read in time"
+
+
+class SocketCanPort:
+    """The tester's end of a SocketCAN interface (see `hil_tests.bus.port.Port`).
+
+    Args:
+        channel: name of the interface, e.g. "can0".
+        bit_rate: rate in bit/s to run a real interface at; None = as it is.
+
+    Raises:
+        BusUnavailable: no such interface, it is down, in use, or no AF_CAN here.
+        BenchError: the bit rate cannot be set.
+    """
+
+    def __init__(self, channel: str, bit_rate: int | None = None) -> None:
+        self.name = f"{channel} (socketcan)"
+        self._channel = channel
+        self._gone = ""
+        self._ready: deque[Sighting | BusEvent] = deque()
+        self._cache: dict[bytes, Frame] = {}
+        self._dropped = 0
+        self._follower = Follower()
+        self._steps = StepWatch()
+        self._checked_at = 0
+        self._rate: link.BitRate | None = None
+        self._lock = ChannelLock("socketcan", channel)
+        try:
+            self._socket = rawcan.raw_socket()
+        except BaseException:
+            self._lock.release()
+            raise
+        self._fd = self._socket.fileno()
+        try:
+            self._set_up(bit_rate)
+        except BaseException:
+            self.close()
+            raise
+
+    def _set_up(self, bit_rate: int | None) -> None:
+        channel, sock = self._channel, self._socket
+        try:
+            socket.if_nametoindex(channel)
+        except OSError:
+            raise BusUnavailable(link.missing_text(channel)) from None
+        simulated = link.is_simulated(channel)
+        self.timed = not simulated
+        if not simulated:
+            self._rate = link.BitRate(channel)
+            if bit_rate is not None:
+                self._rate.ensure(bit_rate)
+        self.doubt_ns = SIMULATED_DOUBT_NS if simulated else SOFTWARE_DOUBT_NS
+        self.clock = f"kernel stamps, CLOCK_REALTIME, doubt {show_span(self.doubt_ns)}"
+        if not link.is_up(sock, channel):
+            raise BusUnavailable(link.down_text(channel, simulated))
+        rawcan.set_options(sock, simulated)
+        try:
+            sock.bind((channel,))
+        except OSError as error:
+            raise BusUnavailable(
+                f"interface {channel!r} cannot be opened for CAN ({error.strerror}); "
+                f"CAN interfaces here: {', '.join(link.can_interfaces()) or 'none'}"
+            ) from None
+        sock.setblocking(False)
+
+    def now(self) -> int:
+        """CLOCK_REALTIME in ns."""
+        return time.time_ns()
+
+    def send(self, frame: Frame) -> None:
+        """Queue a frame; waits at most `SEND_LIMIT_NS` where the queue is full."""
+        self._check_open()
+        raw = rawcan.pack(frame)
+        limit = 0
+        while True:
+            try:
+                self._socket.send(raw)
+                return
+            except OSError as error:
+                if error.errno not in (errno.EAGAIN, errno.ENOBUFS):
+                    raise BusUnavailable(self._why(error)) from None
+            # A full queue of the interface (ENOBUFS) does not show in select; retry.
+            select.select([], [], [], _SEND_RETRY_S)
+            now = time.monotonic_ns()
+            limit = limit or now + SEND_LIMIT_NS
+            if now >= limit:
+                raise BusUnavailable(
+                    f"{self.name} took no frame for {show_span(SEND_LIMIT_NS)}: nothing "
+                    "acknowledges on the bus, or it is bus-off; check wiring, termination "
+                    f"and bit rate (ip -details -statistics link show {self._channel})"
+                )
+
+    def next(self, until: int, also: Sequence[int] = ()) -> Sighting | BusEvent | None:
+        """The next frame or event, at the latest at `until` (see the port's contract)."""
+        while True:
+            if self._ready:
+                return self._ready.popleft()
+            found = self._receive()
+            if found is not None:
+                return found
+            now = time.time_ns()
+            if now - self._checked_at > _STEP_CHECK_NS or now < self._checked_at:
+                self._checked_at = now
+                self._check_clock(now)
+                if self._ready:
+                    continue
+            # select, not poll or epoll: those wait in whole milliseconds.
+            wait_ns = max(until - now, 0)
+            ready = select.select([self._fd, *also], [], [], wait_ns / S)[0]
+            if self._fd not in ready:
+                return None
+
+    def set_bit_rate(self, bit_rate: int) -> None:
+        """Run the controller at `bit_rate` bit/s; a simulated wire has no bit rate."""
+        self._check_open()
+        if self._rate is None:
+            return
+        self._rate.ensure(bit_rate)
+        # Our own taking down left ENETDOWN on the socket; reading it clears it.
+        self._socket.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+
+    def close(self) -> None:
+        """Leave the bus, and put the bit rate back that was found."""
+        if not self._gone:
+            self._gone = f"{self.name} was closed"
+        self._socket.close()
+        try:
+            if self._rate is not None:
+                self._rate.restore()
+        finally:
+            self._rate = None
+            self._lock.release()
+
+    def _receive(self) -> Sighting | BusEvent | None:
+        """One frame from the socket, without waiting. The hot path: keep it lean.
+
+        Where two things come at once, the second is left in `_ready`.
+        """
+        try:
+            raw, notes, flags, _ = self._socket.recvmsg(rawcan.CANFD_MTU, rawcan.ROOM)
+        except BlockingIOError:
+            return None
+        except OSError as error:
+            self._check_open()
+            return self._went_down(error)
+        at, doubt_ns, lost = 0, self.doubt_ns, 0
+        for _, kind, body in notes:
+            if kind == rawcan.SO_TIMESTAMPNS:
+                seconds, ns = rawcan.TIMESPEC.unpack(body)
+                at = seconds * S + ns
+            elif kind == rawcan.SO_TIMESTAMPING:
+                at, doubt_ns = self._stamp(body)
+            elif kind == rawcan.SO_RXQ_OVFL:
+                lost = self._newly_lost(int.from_bytes(body, sys.byteorder))
+        if not at:
+            at = time.time_ns()
+        frame = self._cache.get(raw)
+        own = bool(flags & rawcan.MSG_CONFIRM)
+        found = (
+            self._decode(raw, at, doubt_ns, own)
+            if frame is None
+            else Sighting(frame, at, doubt_ns, own)
+        )
+        if not lost:
+            return found
+        self._ready.append(found)
+        return BusEvent(EventKind.GAP, at, _GAP_TEXT, lost)
+
+    def _decode(self, raw: bytes, at: int, doubt_ns: int, own: bool) -> Sighting | BusEvent:
+        """A frame seen for the first time, an error frame or a CAN FD frame."""
+        if len(raw) != rawcan.CAN_MTU:
+            word = int.from_bytes(raw[:4], sys.byteorder) & rawcan.ERR_MASK
+            text = f"identifier {word:03X}h, {raw[4]} bytes"
+            return BusEvent(EventKind.FD_FRAME, at, text)
+        word = rawcan.CAN_FRAME.unpack(raw)[0]
+        if word & rawcan.ERR_FLAG:
+            return error_event(word & rawcan.ERR_MASK, raw[8:], at)
+        frame = rawcan.unpack(raw)
+        if len(self._cache) >= _MOST_CACHED:
+            self._cache.clear()
+        self._cache[raw] = frame
+        return Sighting(frame, at, doubt_ns, own)
+
+    def _stamp(self, body: bytes) -> tuple[int, int]:
+        """Instant and doubt out of a SCM_TIMESTAMPING note: software, (unused), hardware."""
+        seconds, ns, _, _, hard_seconds, hard_ns = rawcan.TIMESPECS.unpack(body)
+        soft = seconds * S + ns
+        hard = hard_seconds * S + hard_ns
+        if not hard:
+            return soft, self.doubt_ns
+        return self._follower.ours(hard, soft or time.time_ns()), HARDWARE_DOUBT_NS
+
+    def _newly_lost(self, total: int) -> int:
+        """How far the kernel's running total of drops (32 bits) rose."""
+        lost = total - self._dropped & 0xFFFF_FFFF
+        self._dropped = total
+        return lost
+
+    def _check_clock(self, now: int) -> None:
+        step = self._steps.step()
+        if step:
+            text = f"the host's clock was set by {show_span(step)}; do not do that in a run"
+            self._ready.append(BusEvent(EventKind.GAP, now, text))
+
+    def _went_down(self, error: OSError) -> Sighting | BusEvent:
+        """The kernel reports the error before what it still holds: that comes out first."""
+        self._gone = self._why(error)
+        held: deque[Sighting | BusEvent] = deque()
+        while True:
+            try:
+                found = self._receive()
+            except BusUnavailable:
+                break
+            if found is None:
+                break
+            held.append(found)
+            held.extend(self._ready)
+            self._ready.clear()
+        held.append(BusEvent(EventKind.DOWN, time.time_ns(), self._gone))
+        self._ready = held
+        return held.popleft()
+
+    def _check_open(self) -> None:
+        if self._gone:
+            raise BusUnavailable(self._gone)
+
+    def _why(self, error: OSError) -> str:
+        if error.errno in (errno.ENODEV, errno.ENXIO):
+            return f"the interface went away; {link.missing_text(self._channel)}"
+        if error.errno == errno.ENETDOWN:
+            return link.down_text(self._channel, not self.timed)
+        return f"{self.name}: {error.strerror} (errno {error.errno})"
