@@ -126,9 +126,9 @@ class _Bench:
 class _File:
     """The tables of a bench file."""
 
-    bench: _Bench = _Bench()
-    bus: BusSection = BusSection()
-    device: DeviceSection = DeviceSection()
+    bench: _Bench = attrs.field(factory=_Bench)
+    bus: BusSection = attrs.field(factory=BusSection)
+    device: DeviceSection = attrs.field(factory=DeviceSection)
     control: ControlSection | None = None
     power: PowerSection | None = None
     keys: FacilitySection | None = None

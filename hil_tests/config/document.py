@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import difflib
 import itertools
-import os
 import re
 import stat
 import tomllib
 from pathlib import Path
-from typing import NoReturn
 
-from hil_tests.config.report import Problem, fail
+from hil_tests.config.report import Problem, refusal
+from hil_tests.errors import ConfigError
 
 MAX_BYTES = 64 * 1024
 MAX_LINE = 1000
@@ -36,7 +35,9 @@ def read_document(path: str) -> dict[str, object]:
         text = data.decode("utf-8-sig")  # Windows editors write a byte order mark
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        _refuse(path, f"line {line}: byte {data[error.start]:#04x} is no UTF-8; save it as UTF-8")
+        raise _refusal(
+            path, f"line {line}: byte {data[error.start]:#04x} is no UTF-8; save it as UTF-8"
+        ) from None
     return parse_document(text, path)
 
 
@@ -48,32 +49,32 @@ def parse_document(text: str, path: str) -> dict[str, object]:
     """
     for number, line in enumerate(text.split("\n"), 1):
         if len(line) > MAX_LINE:
-            _refuse(path, f"line {number}: longer than {MAX_LINE} characters; break it up")
+            raise _refusal(path, f"line {number}: longer than {MAX_LINE} characters; break it up")
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        _refuse(path, _syntax(str(error), text))
+        raise _refusal(path, _syntax(str(error), text)) from None
     except RecursionError:
-        _refuse(path, "nested too deeply; a file of this kind has two levels")
+        raise _refusal(path, "nested too deeply; a file of this kind has two levels") from None
     except ValueError as error:  # an integer of more digits than Python converts
-        _refuse(path, f"unreadable number or date ({str(error)[:60]})")
+        raise _refusal(path, f"unreadable number or date ({str(error)[:60]})") from None
 
 
 def _read_bytes(path: str) -> bytes:
     try:
-        mode = os.stat(path).st_mode
+        mode = Path(path).stat().st_mode
         if not stat.S_ISREG(mode):
-            _refuse(path, _not_a_file(mode))
-        with open(path, "rb") as file:
+            raise _refusal(path, _not_a_file(mode))
+        with Path(path).open("rb") as file:
             data = file.read(MAX_BYTES + 1)
     except FileNotFoundError:
-        _refuse(path, f"no such file{_neighbour(path)}")
+        raise _refusal(path, f"no such file{_neighbour(path)}") from None
     except OSError as error:
-        _refuse(path, f"cannot be read: {error.strerror or error}")
+        raise _refusal(path, f"cannot be read: {error.strerror or error}") from None
     except ValueError as error:  # a NUL in the name
-        _refuse(path, f"is no file name: {error}")
+        raise _refusal(path, f"is no file name: {error}") from None
     if len(data) > MAX_BYTES:
-        _refuse(path, f"larger than {MAX_BYTES // 1024} KiB; is it the right file?")
+        raise _refusal(path, f"larger than {MAX_BYTES // 1024} KiB; is it the right file?")
     return data
 
 
@@ -105,5 +106,5 @@ def _syntax(message: str, text: str) -> str:
     return f"{place}: no TOML: {what[:200]}"
 
 
-def _refuse(path: str, what: str) -> NoReturn:
-    fail(path, [Problem((), what)])
+def _refusal(path: str, what: str) -> ConfigError:
+    return refusal(path, [Problem((), what)])

@@ -20,7 +20,7 @@ from hil_tests.config.document import parse_document, read_document
 from hil_tests.config.limits import SHORTEST_HEARTBEATS, HeartbeatTable, ProfileLimits
 from hil_tests.config.parameters import NODE_IDS, Parameters
 from hil_tests.config.reading import structure, table
-from hil_tests.config.report import Problem, fail, near_miss, refuse
+from hil_tests.config.report import Problem, near_miss, refusal, refuse
 from hil_tests.config.rules import BitMap, Flag, OneOf, Span, Text, Texts, Whole
 
 KINDS = ("keypad",)
@@ -62,8 +62,8 @@ class _File:
     device: _Identity
     keys: _Keys
     leds: _Leds
-    factory: Parameters = Parameters()
-    limits: ProfileLimits = ProfileLimits()
+    factory: Parameters = attrs.field(factory=Parameters)
+    limits: ProfileLimits = attrs.field(factory=ProfileLimits)
     shortest_heartbeat: Annotated[Mapping[int, int], HeartbeatTable()] = SHORTEST_HEARTBEATS
 
 
@@ -117,7 +117,7 @@ def load_profile(name_or_path: str) -> DeviceProfile:
     hint = near_miss(name_or_path, shipped)
     listed = f"shipped: {', '.join(shipped)}; or give a TOML file"
     what = f"no such profile; {hint}; {listed}" if hint.startswith("did") else listed
-    fail("profile", [Problem((), what, name_or_path)])
+    raise refusal("profile", [Problem((), what, name_or_path)])
 
 
 def _shipped() -> dict[str, Traversable]:
@@ -139,7 +139,7 @@ def _looks_like_a_file(text: str) -> bool:
 
 def _exists(text: str) -> bool:
     try:
-        return Path(text).exists()
+        return bool(text) and Path(text).exists()
     except (OSError, ValueError):  # too long, or with a NUL
         return False
 

@@ -10,7 +10,6 @@ import difflib
 import reprlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import NoReturn
 
 from hil_tests.errors import ConfigError
 
@@ -71,20 +70,16 @@ def refuse(file: str, problems: Sequence[Problem]) -> None:
         ConfigError: with every problem, one a line.
     """
     if problems:
-        fail(file, problems)
+        raise refusal(file, problems)
 
 
-def fail(file: str, problems: Sequence[Problem]) -> NoReturn:
-    """Ends the reading of a file.
-
-    Raises:
-        ConfigError: always; every problem on a line of its own.
-    """
+def refusal(file: str, problems: Sequence[Problem]) -> ConfigError:
+    """The error that ends the reading of a file: every problem on a line of its own."""
     lines = list(dict.fromkeys(problem.line(file) for problem in problems))
     hidden = len(lines) - SHOWN_PROBLEMS
     if hidden > 0:
         lines[SHOWN_PROBLEMS:] = [f"{printable(file)}: and {hidden} more problems"]
-    raise ConfigError("\n".join(lines))
+    return ConfigError("\n".join(lines))
 
 
 def show(value: object) -> str:
@@ -100,7 +95,7 @@ def show(value: object) -> str:
 
 def printable(text: str) -> str:
     """A file name as it is, or quoted where it would disturb a terminal or a line."""
-    return text if text.isprintable() else ascii(text)
+    return text if text and text.isprintable() else ascii(text)
 
 
 def show_path(path: Iterable[str]) -> str:

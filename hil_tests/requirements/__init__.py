@@ -1,0 +1,15 @@
+"""The catalogue of requirements: texts, clauses and classes, one TOML file a kind of device."""
+
+from __future__ import annotations
+
+from hil_tests.requirements.catalogue import (
+    FACILITIES,
+    Kind,
+    LimitDefault,
+    Requirement,
+    load,
+    near,
+    parse,
+)
+
+__all__ = ["FACILITIES", "Kind", "LimitDefault", "Requirement", "load", "near", "parse"]
