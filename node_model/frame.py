@@ -129,16 +129,16 @@ class Frame:
     def __post_init__(self) -> None:
         size = len(self.data)
         if not 0 <= self.can_id <= (MAX_EXTENDED_ID if self.extended else MAX_BASE_ID):
-            kind = "extended" if self.extended else "base"
-            raise ValueError(f"identifier {self.can_id:#x} does not fit a {kind} frame")
+            kind = "an extended" if self.extended else "a base"
+            raise ValueError(f"identifier {self.can_id:#x} does not fit {kind} frame")
         if size > MAX_DATA_BYTES:
             raise ValueError(f"{size} data bytes; a classical frame holds at most 8")
         if self.remote and size:
             raise ValueError("a remote frame carries no data; give its length as dlc")
         write = object.__setattr__
-        if self.dlc < 0:
+        if self.dlc == -1:
             write(self, "dlc", size)
-        elif self.dlc > MAX_DLC or (not self.remote and min(self.dlc, 8) != size):
+        elif not 0 <= self.dlc <= MAX_DLC or (not self.remote and min(self.dlc, 8) != size):
             raise ValueError(f"dlc {self.dlc} does not go with {size} data bytes")
         write(self, "order", _arbitration_order(self.can_id, self.remote, self.extended))
         write(
