@@ -1,0 +1,181 @@
+"""`nodeproof vcan -- COMMAND`: its options, and the choice between this kernel and a virtual machine."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from hil_tests.vm import equipment, guest, kernel, modules, native
+from hil_tests.vm.errors import Unavailable
+from hil_tests.vm.launcher import Launcher, Tail
+from hil_tests.vm.machine import Machine
+from hil_tests.vm.shell import HostShell, Shell, cache_folder
+
+# The project's status for "bench or bus unavailable".
+UNAVAILABLE = 11
+
+_DESCRIPTION = """Runs COMMAND where a SocketCAN interface exists: on this kernel where it can, else in a virtual machine that
+boots on this very file system. In the machine time is virtual: waiting costs next to nothing, and timing does not suffer from
+a busy host. What COMMAND writes there is lost, except in the folders given with --results."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of `nodeproof vcan` to a parser."""
+    parser.description = _DESCRIPTION
+    parser.usage = "%(prog)s [OPTION]... -- COMMAND [ARGUMENT]..."
+    parser.add_argument("command", nargs=argparse.REMAINDER, help="what to run, after --")
+    _add_choices(parser)
+    _add_machine(parser)
+
+
+def _add_choices(parser: argparse.ArgumentParser) -> None:
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--vm", action="store_true", help="use the machine even where this kernel has vcan")
+    where.add_argument("--native", action="store_true", help="never use the machine")
+    where.add_argument("--check", action="store_true", help="only say what would be used, and why")
+    where.add_argument("--setup", action="store_true", help="fetch the machine's parts (without COMMAND: only that)")
+    parser.add_argument(
+        "--channel", action="append", metavar="NAME", help="CAN interface to have (default vcan0; may be repeated)"
+    )
+    parser.add_argument("--quiet", action="store_true", help="print nothing but the command's own output and errors")
+
+
+def _add_machine(parser: argparse.ArgumentParser) -> None:
+    machine = parser.add_argument_group("the virtual machine")
+    machine.add_argument(
+        "--results", action="append", type=Path, default=[], metavar="DIR",
+        help="folder that COMMAND may write to for good; made if missing (may be repeated)",
+    )  # fmt: skip
+    machine.add_argument(
+        "--compile", action="append", type=Path, default=[], metavar="DIR",
+        help="compile the Python files in DIR first: importing them uncompiled is slow in there (may be repeated)",
+    )  # fmt: skip
+    machine.add_argument("--timeout", type=float, metavar="SECONDS", help="end the machine after that long (exit status 124)")
+    machine.add_argument("--memory", default="1G", metavar="SIZE", help="memory of the machine (default 1G)")
+    machine.add_argument(
+        "--shift", type=int, choices=range(11), default=0, metavar="N",
+        help="an instruction takes 2^N ns of the machine's time (default 0: the fastest processor)",
+    )  # fmt: skip
+    machine.add_argument("--kernel", type=Path, metavar="PATH", help="kernel to boot, a file like /boot/vmlinuz-RELEASE")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Does what the options say and returns the exit status: the command's, 11 where there is no SocketCAN to be had."""
+    try:
+        return _run(options, HostShell())
+    except Unavailable as unavailable:
+        print(f"nodeproof vcan: {unavailable}", file=sys.stderr)
+        return UNAVAILABLE
+
+
+def _run(options: argparse.Namespace, shell: Shell) -> int:
+    if options.check:
+        print(availability(shell, _channels(options), options.kernel))
+        return 0
+    if options.setup:
+        _set_up(options, shell)
+    command = _command(options)
+    if not command:
+        if options.setup:
+            return 0
+        raise Unavailable("There is no command to run. Write it after two dashes: nodeproof vcan -- pytest --can-iface vcan0")
+    if _is_native(options, shell):
+        return _natively(command)
+    return _in_machine(options, shell, command)
+
+
+def availability(shell: Shell, channels: Sequence[str], kernel_given: Path | None = None) -> str:
+    """Returns in one line what would be used: this kernel, a machine, or nothing and why. Changes nothing."""
+    obstacle = native.obstacle(channels, shell, native.kernel_has_can, native.is_up)
+    if obstacle is None:
+        return f"native: {', '.join(channels)} on this kernel"
+    try:
+        found = equipment.gather(shell, cache_folder(os.environ), kernel_given)
+    except Unavailable as unavailable:
+        return f"nothing: {obstacle}. {unavailable}"
+    return f"virtual machine with kernel {found.kernel.release}: {obstacle}"
+
+
+def _channels(options: argparse.Namespace) -> list[str]:
+    return options.channel or ["vcan0"]
+
+
+def _command(options: argparse.Namespace) -> list[str]:
+    given: list[str] = options.command
+    return given[1:] if given[:1] == ["--"] else given
+
+
+def _note(options: argparse.Namespace, text: str) -> None:
+    if not options.quiet:
+        print(f"nodeproof vcan: {text}", file=sys.stderr, flush=True)
+
+
+def _set_up(options: argparse.Namespace, shell: Shell) -> None:
+    cache = cache_folder(os.environ)
+    _note(options, f"fetching what is missing into {cache}")
+    left = equipment.set_up(shell, cache)
+    if left:
+        raise Unavailable(f"One thing is left that needs root. Run: {'; '.join(left)}")
+    found = equipment.gather(shell, cache, options.kernel)
+    _note(options, f"the virtual machine has all it needs (kernel {found.kernel.release})")
+
+
+def _is_native(options: argparse.Namespace, shell: Shell) -> bool:
+    """Whether to run on this kernel; makes the channels if so, and says why not otherwise."""
+    if options.vm:
+        return False
+    channels = _channels(options)
+    why = native.obstacle(channels, shell, native.kernel_has_can, native.is_up)
+    if why is None:
+        try:
+            native.make(channels, shell, native.is_up)
+        except Unavailable as unavailable:
+            why = f"this kernel cannot make {', '.join(channels)}: {unavailable}"
+    if why is not None and options.native:
+        raise Unavailable(f"--native was asked for, but {why}. Without --native a virtual machine is used.")
+    _note(options, f"using {', '.join(channels)} of this kernel" if why is None else f"using a virtual machine: {why}")
+    return why is None
+
+
+def _natively(command: Sequence[str]) -> int:
+    sys.stdout.flush()
+    try:
+        # The same process goes on as the command, so signals and exit status need no care.
+        os.execvp(command[0], command)
+    except OSError as error:
+        raise Unavailable(f"{command[0]!r} cannot be run: {error.strerror}.") from error
+
+
+def _in_machine(options: argparse.Namespace, shell: Shell, command: Sequence[str]) -> int:
+    found = equipment.gather(shell, cache_folder(os.environ), options.kernel)
+    booted = kernel.unpacked(found.kernel, cache_folder(os.environ) / "unpacked")
+    results = tuple(_made(path) for path in options.results)
+    _compile(options)
+    with tempfile.TemporaryDirectory(prefix="nodeproof-vcan-", ignore_cleanup_errors=True) as folder:
+        machine = Machine(found.qemu, booted.image, options.shift, options.memory, results, Path(folder))
+        job = guest.Job(tuple(command), Path.cwd(), dict(os.environ), tuple(_channels(options)), results)
+        files = guest.initial_files(job, found.busybox.read_bytes(), modules.closure(booted.modules))
+        machine.initrd().write_bytes(files)
+        _note(options, f"booting kernel {booted.release}, which takes some ten seconds")
+        tails = Tail(machine.port("stdout"), sys.stdout.buffer), Tail(machine.port("stderr"), sys.stderr.buffer)
+        return Launcher(machine, tails, lambda text: _note(options, text), options.timeout).run()
+
+
+def _made(path: Path) -> Path:
+    """Returns a results folder, absolute and existing."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise Unavailable(f"The results folder {path} cannot be made: {error.strerror}. Choose another.") from error
+    return path.resolve()
+
+
+def _compile(options: argparse.Namespace) -> None:
+    for folder in options.compile:
+        # A file that does not compile is the command's affair, which will say so better.
+        subprocess.run([sys.executable, "-m", "compileall", "-q", str(folder)], stdout=subprocess.DEVNULL, check=False)

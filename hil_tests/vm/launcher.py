@@ -1,0 +1,246 @@
+"""Runs a machine: passes its output on as it comes, stops it in time, and says how it ended.
+
+The outputs are files that QEMU appends to and this side follows: what the guest printed stays when the guest, QEMU or the
+launcher dies. A stop is asked for first (the command gets the signal and may finish its reports), then enforced.
+"""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import FrameType
+from typing import BinaryIO, Protocol
+
+from hil_tests.vm.errors import Unavailable
+from hil_tests.vm.machine import Machine
+
+# As timeout(1) has it, and as shells report a signal.
+TIMED_OUT = 124
+_SIGNALLED = 128
+
+_POLL_S = 0.05
+# How long a guest that was asked to stop may take to finish its reports and write them out.
+_GRACE_S = 30.0
+_KILL_AFTER_S = 5.0
+_CONSOLE_LINES = 12
+
+
+class Process(Protocol):
+    """What is used of `subprocess.Popen`."""
+
+    @property
+    def stdin(self) -> BinaryIO | None:
+        """Leads to the guest's control port."""
+        ...
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Waits for the end; raises `subprocess.TimeoutExpired`."""
+        ...
+
+    def terminate(self) -> None:
+        """Asks QEMU to end."""
+        ...
+
+    def kill(self) -> None:
+        """Ends QEMU."""
+        ...
+
+
+@dataclass(slots=True)
+class Tail:
+    """Follows a file that grows, and copies what is new.
+
+    Attributes:
+        source: The file; it may not exist yet.
+        sink: Where its contents go.
+        position: How much of it has been copied, in bytes.
+    """
+
+    source: Path
+    sink: BinaryIO
+    position: int = 0
+
+    def copy(self) -> None:
+        """Copies what has come since the last time."""
+        if not self.source.exists():
+            return
+        with self.source.open("rb") as file:
+            file.seek(self.position)
+            fresh = file.read()
+        if fresh:
+            self.position += len(fresh)
+            self.sink.write(fresh)
+            self.sink.flush()
+
+
+@dataclass(slots=True)
+class Signals:
+    """The stop signals that have come."""
+
+    seen: list[signal.Signals] = field(default_factory=list)
+
+    def note(self, number: int, _frame: FrameType | None) -> None:
+        """Remembers one; the loop acts on it."""
+        self.seen.append(signal.Signals(number))
+
+    @contextmanager
+    def caught(self) -> Iterator[None]:
+        """Catches Ctrl-C and SIGTERM while inside."""
+        before = {number: signal.signal(number, self.note) for number in (signal.SIGINT, signal.SIGTERM)}
+        try:
+            yield
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+
+
+@dataclass(slots=True)
+class Launcher:
+    """Runs one machine once.
+
+    Attributes:
+        machine: What to run; its folder exists and holds the initial files.
+        tails: The outputs to pass on.
+        say: Tells the user how things go, a line at a time.
+        timeout_s: How long the machine may run on the wall clock, None for ever.
+        clock: Monotonic seconds; a test puts its own here.
+    """
+
+    machine: Machine
+    tails: tuple[Tail, ...]
+    say: Callable[[str], None]
+    timeout_s: float | None = None
+    clock: Callable[[], float] = time.monotonic
+    _signals: Signals = field(default_factory=Signals)
+    _ready: bool = False
+    _timed_out: bool = False
+    _asked_at: float | None = None
+
+    def run(self) -> int:
+        """Runs the machine to its end and returns the exit status for the user.
+
+        Raises:
+            Unavailable: The machine could not be started, or ended without saying how the command did.
+        """
+        with self._signals.caught():
+            # A session of its own: Ctrl-C in the terminal reaches the launcher alone, which then asks the guest.
+            process = subprocess.Popen(
+                self.machine.command_line(), stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
+                stderr=self.machine.port("qemu").open("wb"), start_new_session=True,
+            )  # fmt: skip
+            try:
+                self.follow(process)
+            finally:
+                _end(process)
+        return self.exit_status()
+
+    def follow(self, process: Process) -> None:
+        """Passes the output on until the process ends or has to be stopped for good."""
+        began_at = self.clock()
+        running = True
+        while running and not self._must_end():
+            running = not _ended(process)
+            for tail in self.tails:
+                tail.copy()
+            self._greet(self.clock() - began_at)
+            self._stop(process, self.clock() - began_at)
+
+    def _greet(self, elapsed_s: float) -> None:
+        if not self._ready and self._status("ready") is not None:
+            self._ready = True
+            self.say(f"the guest is ready after {elapsed_s:.1f} s")
+
+    def _stop(self, process: Process, elapsed_s: float) -> None:
+        """Asks the guest once to stop, for a signal or because its time is over."""
+        if self._asked_at is not None:
+            return
+        if self._signals.seen:
+            self._ask(process, self._signals.seen[0].name.removeprefix("SIG"))
+            self.say(f"stopping the guest; it has {_GRACE_S:.0f} s to finish (Ctrl-C again ends it at once)")
+        elif self.timeout_s is not None and elapsed_s > self.timeout_s:
+            self._timed_out = True
+            self.say(f"time is over after {self.timeout_s:g} s; the guest has {_GRACE_S:.0f} s to finish")
+            self._ask(process, "TERM")
+
+    def _ask(self, process: Process, name: str) -> None:
+        self._asked_at = self.clock()
+        if process.stdin is not None:
+            try:
+                process.stdin.write(f"{name}\n".encode())
+                process.stdin.flush()
+            except BrokenPipeError:
+                # It ended by itself in this very moment.
+                return
+
+    def _must_end(self) -> bool:
+        """Whether patience is over: nothing to ask yet, asked twice, or no answer within the grace."""
+        if self._asked_at is None:
+            return False
+        impatient = len(self._signals.seen) > 1
+        return not self._ready or impatient or self.clock() - self._asked_at > _GRACE_S
+
+    def _status(self, word: str) -> str | None:
+        """Returns what follows a word on the status port, None where the guest has not said it."""
+        path = self.machine.port("status")
+        lines = path.read_text(errors="replace").splitlines() if path.exists() else []
+        return next((line.removeprefix(word).strip() for line in lines if line.split(" ")[0] == word), None)
+
+    def exit_status(self) -> int:
+        """Returns the command's exit status, or what stands for it where it was stopped.
+
+        Raises:
+            Unavailable: The guest gave none.
+        """
+        said = self._status("exit")
+        if self._timed_out:
+            if said is None:
+                self.say("the guest did not answer and was ended; of its last second, output and results may be missing")
+            return TIMED_OUT
+        if said is not None:
+            return int(said)
+        if self._signals.seen:
+            return _SIGNALLED + self._signals.seen[0]
+        raise Unavailable(self._failure())
+
+    def _failure(self) -> str:
+        why = self._status("failed")
+        console = _last_lines(self.machine.console()) + _last_lines(self.machine.port("qemu"))
+        said = "\n".join(f"    {line}" for line in console) or "    (nothing)"
+        if why is not None:
+            return f"The guest could not be set up: {why}. Its last messages:\n{said}"
+        when = "while the command ran" if self._ready else "before the command could start"
+        return (
+            f"The virtual machine ended {when}. What it printed and wrote until then is kept. Its last messages:\n{said}\n"
+            "If memory ran out, try --memory 2G; if the kernel did not start, try another with --kernel PATH."
+        )
+
+
+def _ended(process: Process) -> bool:
+    try:
+        process.wait(timeout=_POLL_S)
+    except subprocess.TimeoutExpired:
+        return False
+    return True
+
+
+def _end(process: Process) -> None:
+    """Ends a machine that still runs; returns when it is gone."""
+    process.terminate()
+    try:
+        process.wait(timeout=_KILL_AFTER_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+    if process.stdin is not None:
+        process.stdin.close()
+
+
+def _last_lines(path: Path) -> list[str]:
+    if not path.exists():
+        return []
+    return path.read_text(errors="replace").splitlines()[-_CONSOLE_LINES:]
