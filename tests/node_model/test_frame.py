@@ -225,6 +225,12 @@ def test_a_frame_is_as_long_as_written_bit_by_bit(frame: Frame) -> None:
     assert frame.bits == len(bits.on_the_wire(frame))
 
 
+def test_asking_again_for_the_length_gives_the_same() -> None:
+    """The length is kept after it was asked for; a second answer equals the first."""
+    frame = Frame(0x705, b"\x05")
+    assert [frame.bits, frame.bits] == [56, 56]
+
+
 @pytest.mark.slow
 def test_lengths_of_20000_random_frames_are_those_of_the_bit_strings() -> None:
     """No frame of a large random sample is longer or shorter than its bit string."""

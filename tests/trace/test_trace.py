@@ -5,7 +5,7 @@ from __future__ import annotations
 import tracemalloc
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hil_tests.clock import Interval
@@ -89,6 +89,7 @@ def beat(count: int, step_ns: int = 100) -> Trace:
 # Nothing lost, nothing changed
 
 
+@settings(max_examples=40)
 @given(entries)
 def test_what_was_recorded_comes_back_in_order(found: list[Entry]) -> None:
     """Frames, stimuli and bus events come back equal, in the order of recording."""
@@ -97,6 +98,7 @@ def test_what_was_recorded_comes_back_in_order(found: list[Entry]) -> None:
     assert list(trace.entries()) == found
 
 
+@settings(max_examples=40)
 @given(entries)
 def test_each_kind_comes_back_by_itself(found: list[Entry]) -> None:
     """Frames, stimuli and events can each be had alone, still in order."""
@@ -107,6 +109,7 @@ def test_each_kind_comes_back_by_itself(found: list[Entry]) -> None:
     assert list(trace.events()) == [entry for entry in found if isinstance(entry, BusEvent)]
 
 
+@settings(max_examples=40)
 @given(entries)
 def test_a_sink_gets_each_entry_at_once(found: list[Entry]) -> None:
     """After each entry every sink holds all entries so far."""
@@ -165,7 +168,8 @@ def test_a_stretch_of_frames_is_cut_like_a_list(count: int, stop: int | None, st
     assert list(trace.frames(start, stop)) == list(trace.frames())[start:stop]
 
 
-@given(entries, st.integers(0, 12))
+@settings(max_examples=60)
+@given(entries, st.integers(0, 8))
 def test_entries_from_a_frame_on_are_the_tail(found: list[Entry], start: int) -> None:
     """From frame `start` on: that frame, and all that came after the frame before it."""
     trace = Trace()
