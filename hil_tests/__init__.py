@@ -1,1 +1,1 @@
-"""What it takes to test a CANopen device."""
+"""What it takes to test a CANopen device: ports, bench, judge, acceptance tests, plugin."""

@@ -17,6 +17,10 @@ from hil_tests.clock import Interval
 from node_model.frame import Frame
 
 
+_MOST_DOUBT = (1 << 32) - 1
+"""A stamp that is four seconds off or more is kept as that: it decides nothing anyway."""
+
+
 class Sighting(NamedTuple):
     """A frame seen on the bus. It ended between `at - doubt_ns` and `at`."""
 
@@ -88,7 +92,7 @@ class Trace:
 
     def __init__(self, *sinks: Sink) -> None:
         self._at = array("q")
-        self._doubt = array("q")
+        self._doubt = array("I")
         self._head = array("q")
         self._body = array("Q")
         self._others: list[Moment | BusEvent] = []
@@ -103,7 +107,7 @@ class Trace:
         """Append a frame; returns its index among the frames."""
         frame, at, doubt_ns, own = sighting
         self._at.append(at)
-        self._doubt.append(doubt_ns)
+        self._doubt.append(doubt_ns if doubt_ns < _MOST_DOUBT else _MOST_DOUBT)
         self._head.append(frame.head | own << 40)
         data = frame.data
         self._body.append(int.from_bytes(data, "big") if data else 0)

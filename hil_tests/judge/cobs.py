@@ -1,0 +1,76 @@
+"""The tester's own reading of the frames that matter (CiA 301 4.2.0; keypad source)."""
+
+from __future__ import annotations
+
+from enum import Enum, IntEnum
+
+from node_model.frame import Frame
+
+NMT = 0x000
+EMCY = 0x080
+KEYS = 0x180
+LED_STEADY = 0x200
+LED_BLINK = 0x300
+ECHO = 0x3F8
+COMMISSION = 0x4F8
+SDO_ANSWER = 0x580
+ERROR_CONTROL = 0x700
+
+
+class Nmt(IntEnum):
+    """NMT command specifiers (CiA 301, NMT node control)."""
+
+    START = 0x01
+    STOP = 0x02
+    PRE_OPERATIONAL = 0x80
+    RESET_NODE = 0x81
+    RESET_COMMUNICATION = 0x82
+
+
+class State(Enum):
+    """Where a device can be; the value of the first three is what its heartbeat shows."""
+
+    STOPPED = 0x04
+    OPERATIONAL = 0x05
+    PRE_OPERATIONAL = 0x7F
+    STARTING = 0x100
+    OFF = 0x101
+    COMMISSIONING = 0x102
+
+    def __str__(self) -> str:
+        return self.name.lower().replace("_", "-")
+
+
+LEADS_TO = {
+    Nmt.START: State.OPERATIONAL,
+    Nmt.STOP: State.STOPPED,
+    Nmt.PRE_OPERATIONAL: State.PRE_OPERATIONAL,
+    Nmt.RESET_NODE: State.STARTING,
+    Nmt.RESET_COMMUNICATION: State.STARTING,
+}
+
+SHOWN = {state.value: state for state in State if state.value < 0x100}
+"""Heartbeat byte -> state."""
+
+
+def nmt_frame(command: int, node_id: int) -> Frame:
+    """The NMT frame that gives `command` to a node; 0 = to all."""
+    return Frame(NMT, bytes((command, node_id)))
+
+
+def nmt_for(frame: Frame, node_id: int) -> Nmt | None:
+    """The command that a regular two-byte NMT frame gives to this node, or None."""
+    if frame.can_id or frame.extended or frame.remote or len(frame.data) != 2:  # noqa: PLR2004
+        return None
+    if frame.data[1] not in {0, node_id}:
+        return None
+    return Nmt(frame.data[0]) if frame.data[0] in list(Nmt) else None
+
+
+def device_ids(node_id: int | None) -> frozenset[int]:
+    """Every identifier under which a keypad with that node id may speak."""
+    fixed = {ECHO}
+    if node_id is None:
+        return frozenset(fixed)
+    bases = (EMCY, KEYS, SDO_ANSWER, ERROR_CONTROL)
+    return frozenset(fixed | {base + node_id for base in bases})

@@ -1,0 +1,346 @@
+"""The monitors that watch every test: one for each thing that must hold at all times.
+
+Each gets the frames that concern it and every stimulus, keeps what looks wrong as a
+suspicion, and gives its verdicts in `finish`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Protocol
+
+from hil_tests.clock import Interval, show_span
+from hil_tests.judge.causal import Lateness, Seen
+from hil_tests.judge.cobs import ECHO, EMCY, ERROR_CONTROL, KEYS, SDO_ANSWER, SHOWN, Nmt, State
+from hil_tests.judge.expected import Expected
+from hil_tests.judge.periodic import ENOUGH
+from hil_tests.judge.suspicion import Suspicion, always_wrong
+from hil_tests.judge.timeline import States, StateTimeline
+from hil_tests.judge.verdict import Outcome, Verdict
+
+
+class Monitor(Protocol):
+    """Something that must hold at all times."""
+
+    def see(self, seen: Seen) -> None:
+        """A frame of the device."""
+
+    def restarted(self, when: Interval, by: Nmt | None) -> None:
+        """The device was powered (None) or commanded to reset, and will boot."""
+
+    def commanded(self, when: Interval) -> None:
+        """An NMT command for the device that resets nothing."""
+
+    def silenced(self, when: Interval) -> None:
+        """The device lost its power, or the tester can no longer hear it."""
+
+    def finish(self, until: int, quiet_from: int, lateness: Lateness) -> Iterator[Verdict]:
+        """What is wrong.
+
+        Args:
+            until: everything up to this instant was seen.
+            quiet_from: a frame asked for before this would have been seen by now.
+            lateness: what is known of the host.
+        """
+
+
+_SPEAKING: States = frozenset((State.PRE_OPERATIONAL, State.OPERATIONAL))
+_BEATING: States = _SPEAKING | {State.STOPPED}
+
+
+class AllowedFrames:
+    """Only the listed frames, with their lengths, in the states that allow them.
+
+    ROB-02, and KEY-07, COM-01 and COM-12 where the state is what forbids the frame.
+    """
+
+    def __init__(self, expected: Expected, timeline: StateTimeline) -> None:
+        node_id = expected.node_id
+        self._timeline = timeline
+        self._suspicions: list[Suspicion] = []
+        self._requested = False
+        self._rules: dict[int, tuple[range, States, str]] = {
+            ECHO: (range(6, 9), frozenset((State.COMMISSIONING,)), "ROB-02")
+        }
+        if node_id is not None:
+            key_bytes = range(expected.key_bytes, expected.key_bytes + 1)
+            self._rules |= {
+                ERROR_CONTROL + node_id: (range(1, 2), _BEATING, "ROB-02"),
+                EMCY + node_id: (range(8, 9), _SPEAKING, "ROB-02"),
+                KEYS + node_id: (key_bytes, frozenset((State.OPERATIONAL,)), "KEY-07"),
+                SDO_ANSWER + node_id: (range(8, 9), _SPEAKING, "ROB-02"),
+            }
+
+    def requested(self) -> None:
+        """The tester sent 4F8h: an echo may follow."""
+        self._requested = True
+
+    def see(self, seen: Seen) -> None:
+        frame = seen.frame
+        rule = self._rules.get(frame.can_id)
+        if rule is None or frame.extended or frame.remote:
+            self._suspect("ROB-02", f"the device sent {frame}, which is none of its frames", seen)
+            return
+        lengths, states, requirement = rule
+        if len(frame.data) not in lengths:
+            text = f"the device sent {frame} with {len(frame.data)} bytes"
+            self._suspect("ROB-02", f"{text}; {lengths[0]} are right", seen)
+            return
+        possible = self._timeline.possible(seen.wanted)
+        if not possible & states:
+            self._forbidden(seen, states, possible, requirement)
+        elif frame.can_id == ECHO and not self._requested:
+            self._suspect("COM-01", f"echo {frame} before any 4F8h was sent", seen)
+
+    def _suspect(self, requirement: str, text: str, seen: Seen) -> None:
+        self._suspicions.append(Suspicion(requirement, text, seen, always_wrong))
+
+    def _forbidden(self, seen: Seen, states: States, possible: States, requirement: str) -> None:
+        if State.COMMISSIONING in possible:
+            requirement = "COM-12" if self._requested else "COM-01"
+        now = " or ".join(sorted(str(state) for state in possible))
+        text = f"the device sent {seen.frame} while it was {now}"
+        self._suspicions.append(
+            Suspicion(requirement, text, seen, lambda when: self._state_check(when, states))
+        )
+
+    def _state_check(self, when: Interval, states: States) -> Outcome:
+        """FAIL where no possible state allows the frame at any instant of `when`."""
+        return Outcome.INCONCLUSIVE if self._timeline.possible(when) & states else Outcome.FAIL
+
+    def restarted(self, when: Interval, by: Nmt | None) -> None:  # noqa: ARG002
+        if by is None:
+            self._requested = False
+
+    def commanded(self, when: Interval) -> None:
+        """The timeline knows."""
+
+    def silenced(self, when: Interval) -> None:
+        """The timeline knows."""
+
+    def finish(self, until: int, quiet_from: int, lateness: Lateness) -> Iterator[Verdict]:  # noqa: ARG002
+        return confirmed(self._suspicions, lateness)
+
+
+class BootUp:
+    """Boot-up comes once after each reset, before everything else, and never else (NMT-02)."""
+
+    def __init__(self, expected: Expected) -> None:
+        self._expected = expected
+        self._can_id = ERROR_CONTROL + (expected.node_id or 0)
+        self._owed = 0
+        self._since = Interval(0, 0)
+        self._grace_ns = 0
+        self._suspicions: list[Suspicion] = []
+        self._missing: list[Verdict] = []
+
+    def see(self, seen: Seen) -> None:
+        frame = seen.frame
+        if frame.can_id == self._can_id and frame.data == b"\x00":
+            if not self._owed:
+                self._suspect("boot-up without a reset", seen)
+            self._owed = max(self._owed - 1, 0)
+            self._since = Interval(-1, -1)
+        elif self._owed and self._since.latest >= 0:
+            bound = self._since.latest + self._grace_ns
+            if seen.wanted.latest > bound:
+                self._suspicions.append(
+                    Suspicion(
+                        "NMT-02",
+                        f"{frame} came before the boot-up",
+                        seen,
+                        lambda when: Outcome.FAIL if when.earliest > bound else Outcome.PASS,
+                    )
+                )
+
+    @property
+    def owed(self) -> bool:
+        """A boot-up is still to come."""
+        return self._owed > 0
+
+    def _suspect(self, text: str, seen: Seen) -> None:
+        self._suspicions.append(Suspicion("NMT-02", text, seen, always_wrong))
+
+    def _overdue(self, until: int) -> None:
+        """Note a boot-up that should have come by `until`."""
+        limit = self._expected.boot_up_ns
+        if self._owed and 0 <= self._since.latest and until > self._since.latest + limit:
+            text = f"no boot-up within {show_span(limit)} after the reset"
+            self._missing.append(Verdict("NMT-02", Outcome.FAIL, text, at=until))
+            self._owed = 0
+
+    def restarted(self, when: Interval, by: Nmt | None) -> None:
+        self._overdue(when.earliest)
+        self._owed = 1 if by is None else self._owed + 1
+        self._since = when
+        self._grace_ns = 0 if by is None else self._expected.command_ns
+
+    def commanded(self, when: Interval) -> None:
+        """Nothing that concerns a boot-up."""
+
+    def silenced(self, when: Interval) -> None:
+        self._overdue(when.earliest)
+        self._owed = 0
+
+    def finish(self, until: int, quiet_from: int, lateness: Lateness) -> Iterator[Verdict]:  # noqa: ARG002
+        self._overdue(quiet_from)
+        yield from self._missing
+        yield from confirmed(self._suspicions, lateness)
+
+
+class Heartbeats:
+    """The cadence and the content of the heartbeat (HB-01, HB-02, HB-05, HB-06, NMT-03, NMT-07)."""
+
+    def __init__(self, expected: Expected, timeline: StateTimeline) -> None:
+        self._expected = expected
+        self._timeline = timeline
+        self._low = expected.heartbeat_each.at_least_ns
+        self._high = expected.heartbeat_each.at_most_ns
+        self._last: Seen | None = None
+        self._first = False
+        self._free_until = -1
+        self._known: object = None
+        self._steady_from: Seen | None = None
+        self._steady = 0
+        self._started = False
+        self._suspicions: list[Suspicion] = []
+        self._others: list[Verdict] = []
+
+    def see(self, seen: Seen) -> None:
+        """A frame with the identifier of the heartbeat: boot-up or beat."""
+        frame, _, wanted, _, _ = seen
+        if frame is not self._known:
+            if frame.data == b"\x00":
+                self._boot(seen)
+                return
+            self._content(seen)
+        last = self._last
+        self._last = seen
+        if last is None:
+            return
+        if self._first:
+            self._first = False
+            self._span(seen, last, first=True)
+            self._begin(seen)
+            return
+        before = last.wanted
+        low = wanted.earliest - before.latest
+        high = wanted.latest - before.earliest
+        self._steady += 1
+        if low < self._low or high > self._high:
+            self._span(seen, last, first=False)
+
+    def _boot(self, seen: Seen) -> None:
+        self._end_steady()
+        self._last = seen
+        self._first = True
+
+    def _begin(self, seen: Seen) -> None:
+        self._steady_from = seen
+        self._steady = 0
+
+    def _content(self, seen: Seen) -> None:
+        """The byte shows a state, and one that is possible."""
+        data = seen.frame.data
+        if len(data) != 1:
+            return  # its length is the other monitor's business
+        state = SHOWN.get(data[0])
+        if self._expected.heartbeat_ns == 0:
+            self._suspect("HB-05", f"heartbeat {seen.frame} although its period is 0", seen)
+        if state is None:
+            self._suspect("HB-02", f"heartbeat {seen.frame} shows no NMT state", seen)
+            return
+        if state in self._timeline.possible(seen.wanted):
+            if self._timeline.sure(seen.wanted) is state:
+                self._known = seen.frame
+            return
+        never_started = state is State.OPERATIONAL and not self._started
+        requirement = "NMT-03" if never_started else "NMT-07"
+        text = f"heartbeat shows {state}, which no command led to"
+        self._suspicions.append(
+            Suspicion(
+                requirement,
+                text,
+                seen,
+                lambda when: (
+                    Outcome.INCONCLUSIVE
+                    if state in self._timeline.possible(when)
+                    else Outcome.FAIL
+                ),
+            )
+        )
+
+    def _suspect(self, requirement: str, text: str, seen: Seen) -> None:
+        self._suspicions.append(Suspicion(requirement, text, seen, always_wrong))
+
+    def _span(self, seen: Seen, last: Seen, *, first: bool) -> None:
+        """Hold one span against its limits; the lower one only on an undisturbed grid."""
+        limits = self._expected.heartbeat_first if first else self._expected.heartbeat_each
+        if not first and last.wanted.earliest <= self._free_until:
+            limits = type(limits)(at_most_ns=limits.at_most_ns)
+        name = "HB-06" if first else "HB-01"
+        text = "first heartbeat after the boot-up" if first else "interval between two heartbeats"
+        if limits.check(seen.wanted.since(last.wanted)) is Outcome.FAIL:
+            self._suspicions.append(Suspicion(name, text, seen, always_wrong, last, limits))
+
+    def _end_steady(self) -> None:
+        """A stretch of undisturbed beats ends: its mean is judged."""
+        first, last, count = self._steady_from, self._last, self._steady
+        self._steady_from, self._steady = None, 0
+        if first is None or last is None or count < ENOUGH:
+            return
+        limits = self._expected.heartbeat_mean
+        total = type(limits)(limits.at_least_ns * count, limits.at_most_ns * count)
+        measured = last.wanted.since(first.wanted)
+        if total.check(measured) is Outcome.FAIL:
+            mean = show_span(measured.latest // count)
+            text = f"mean of {count} heartbeat intervals is {mean}; allowed {limits} each"
+            self._suspicions.append(Suspicion("HB-01", text, last, always_wrong, first, total))
+
+    def restarted(self, when: Interval, by: Nmt | None) -> None:
+        self._started = False
+        self.silenced(when)
+        if by is not None:
+            self._free_until = when.latest + self._expected.command_ns
+
+    def commanded(self, when: Interval) -> None:
+        self._started = True
+        self._end_steady()
+        self._known = None
+        self._free_until = when.latest + self._expected.command_ns + max(self._high, 0)
+        self._steady_from = None
+
+    def silenced(self, when: Interval) -> None:
+        self._overdue(when.earliest)
+        self._end_steady()
+        self._known = None
+        self._last = None
+        self._first = False
+
+    def _overdue(self, until: int) -> None:
+        """Note a beat that should have come by `until`."""
+        last, period_ns = self._last, self._expected.heartbeat_ns
+        if last is None or not period_ns:
+            return
+        each, first = self._expected.heartbeat_each, self._expected.heartbeat_first
+        limits = first if self._first else each
+        silent = until - last.wanted.latest
+        if silent > limits.at_most_ns:
+            name = "HB-06" if self._first else "HB-01"
+            text = f"no heartbeat for {show_span(silent)}"
+            measured = Interval(silent, silent)
+            self._others.append(Verdict(name, Outcome.FAIL, text, measured, limits, last.at))
+
+    def finish(self, until: int, quiet_from: int, lateness: Lateness) -> Iterator[Verdict]:  # noqa: ARG002
+        self._overdue(quiet_from)
+        self._end_steady()
+        yield from self._others
+        yield from confirmed(self._suspicions, lateness)
+
+
+def confirmed(suspicions: list[Suspicion], lateness: Lateness) -> Iterator[Verdict]:
+    """The suspicions that stand when all is known."""
+    for suspicion in suspicions:
+        verdict = suspicion.confirm(lateness)
+        if verdict is not None:
+            yield verdict

@@ -1,0 +1,53 @@
+"""A suspicion: something that looks like a fault, to be confirmed when all is known.
+
+Whether a hosted device was late because its host was busy is known only afterwards; so a
+monitor notes what looks wrong, and the verdict is made at the end, with widened intervals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from hil_tests.clock import Interval
+from hil_tests.judge.causal import Lateness, Seen
+from hil_tests.judge.verdict import Limits, Outcome, Verdict
+
+Check = Callable[[Interval], Outcome]
+
+
+@dataclass(frozen=True, slots=True)
+class Suspicion:
+    """A frame that seems to break a requirement.
+
+    Args:
+        requirement: id.
+        text: one sentence.
+        seen: the frame.
+        check: outcome for the interval in which the frame was asked for.
+        since: the earlier frame from which a span is measured, if any.
+        limits: what the span is held against.
+    """
+
+    requirement: str
+    text: str
+    seen: Seen
+    check: Check
+    since: Seen | None = None
+    limits: Limits | None = None
+
+    def confirm(self, lateness: Lateness) -> Verdict | None:
+        """The verdict with all that is known of the host; None = nothing is wrong."""
+        when = lateness.widen(self.seen)
+        measured = when.since(lateness.widen(self.since)) if self.since else None
+        outcome = self.check(when)
+        if self.limits is not None and measured is not None:
+            outcome = self.limits.check(measured)
+        if outcome is Outcome.PASS:
+            return None
+        return Verdict(self.requirement, outcome, self.text, measured, self.limits, self.seen.at)
+
+
+def always_wrong(_: Interval) -> Outcome:
+    """A frame that is wrong whenever it was asked for."""
+    return Outcome.FAIL

@@ -1,0 +1,150 @@
+"""The watch: every frame and stimulus of a test goes through it, once, in order.
+
+It knows when each frame was asked for (causal clock) and in which states the device can
+be (timeline), and feeds the monitors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from hil_tests.clock import Interval
+from hil_tests.judge.causal import CausalClock, Lateness, Seen
+from hil_tests.judge.cobs import COMMISSION, ERROR_CONTROL, Nmt, device_ids, nmt_for
+from hil_tests.judge.expected import Expected
+from hil_tests.judge.monitors import AllowedFrames, BootUp, Heartbeats, Monitor
+from hil_tests.judge.timeline import ANY_STATE, States, StateTimeline
+from hil_tests.judge.verdict import Verdict
+from hil_tests.trace import BusEvent, Moment, Sighting
+from node_model.frame import Frame
+
+_RESETS = (Nmt.RESET_NODE, Nmt.RESET_COMMUNICATION)
+_MODES = {"commissioning": True, "regular": False}
+
+
+class Watch:
+    """Judges everything that must hold at all times.
+
+    Args:
+        expected: the device as it should be.
+        bit_ns: duration of a bit; 0 on an untimed wire.
+        states: in which states the device can be at the start.
+        rate: bit rate of the tester's end at the start; None = the device's.
+    """
+
+    def __init__(
+        self,
+        expected: Expected,
+        bit_ns: int = 0,
+        states: States = ANY_STATE,
+        rate: int | None = None,
+    ) -> None:
+        self.expected = expected
+        self.timeline = StateTimeline(expected.command_ns, states)
+        self._ids = device_ids(expected.node_id)
+        self.clock = CausalClock(bit_ns, self._is_device)
+        self._allowed = AllowedFrames(expected, self.timeline)
+        self._boot = BootUp(expected)
+        self._heartbeats = Heartbeats(expected, self.timeline)
+        self._monitors: tuple[Monitor, ...] = (self._allowed, self._boot, self._heartbeats)
+        self._beat_id = -1 if expected.node_id is None else ERROR_CONTROL + expected.node_id
+        self._beat: Frame | None = None
+        self._deaf = rate is not None and expected.bit_rate not in {None, rate}
+        self._lossy_until = -1
+
+    def _is_device(self, frame: Frame) -> bool:
+        if self.expected.exclusive:
+            return frame.can_id not in self.expected.neighbours
+        return frame.can_id in self._ids and not frame.extended
+
+    def see(self, sighting: Sighting, index: int) -> Seen:
+        """A frame was seen on the bus; `index` is its place in the trace."""
+        seen = self.clock.see(sighting, index)
+        frame = sighting.frame
+        if frame is self._beat:
+            # The very beat that was last found right in the present state.
+            self._heartbeats.see(seen)
+        elif sighting.own:
+            self._own(seen)
+        elif self._is_device(frame):
+            self._device(seen)
+        return seen
+
+    def _device(self, seen: Seen) -> None:
+        frame = seen.frame
+        self._allowed.see(seen)
+        if self.expected.node_id is None:
+            return
+        self._boot.see(seen)
+        if frame.can_id == self._beat_id and not frame.extended and not frame.remote:
+            self._heartbeats.see(seen)
+            if frame.data == b"\x00":
+                self.timeline.booted(seen.wanted)
+            elif self.timeline.sure(seen.wanted) and not self._boot.owed:
+                self._beat = frame
+
+    def _own(self, seen: Seen) -> None:
+        frame = seen.frame
+        if frame.can_id == COMMISSION and not frame.extended:
+            self._allowed.requested()
+        node_id = self.expected.node_id
+        command = None if node_id is None else nmt_for(frame, node_id)
+        if command is None or self._deaf:
+            return
+        when = Interval(seen.at, seen.at)
+        self._beat = None
+        self.timeline.command(when, command)
+        for monitor in self._monitors:
+            if command in _RESETS:
+                monitor.restarted(when, command)
+            else:
+                monitor.commanded(when)
+
+    def did(self, moment: Moment) -> None:
+        """The bench did something to the device."""
+        self._beat = None
+        if moment.what == "power":
+            self._power(moment)
+        elif moment.what == "bitrate":
+            self._deaf = self.expected.bit_rate not in {None, moment.detail.get("bit_rate")}
+            self._silence(moment.when)
+
+    def _power(self, moment: Moment) -> None:
+        if not moment.detail.get("on"):
+            self.timeline.power_off(moment.when)
+            self._silence(moment.when)
+            return
+        mode = _MODES.get(str(moment.detail.get("mode")))
+        self.timeline.power_on(moment.when, mode)
+        for monitor in self._monitors:
+            if mode is False and not self._deaf:
+                monitor.restarted(moment.when, None)
+            else:
+                monitor.silenced(moment.when)
+
+    def _silence(self, when: Interval) -> None:
+        for monitor in self._monitors:
+            monitor.silenced(when)
+
+    def happened(self, event: BusEvent) -> None:
+        """A bus event: what was lost may have been anything, so the cadence starts anew."""
+        self._beat = None
+        self.clock.disturb(event.at)
+        # Nothing can be overdue: what is missing may be among what was lost.
+        self._silence(Interval(-1, -1))
+
+    def admit(self, neighbours: frozenset[int]) -> None:
+        """The bench puts a station on the bus that sends with these identifiers."""
+        known = self.expected.neighbours | neighbours
+        self.expected = replace(self.expected, neighbours=known)
+
+    def quiet_from(self, until: int) -> int:
+        """A frame asked for before this instant would have ended by `until`."""
+        return self.clock.idle_before(until)
+
+    def finish(self, until: int, lateness: Lateness) -> Iterator[Verdict]:
+        """Everything that was wrong, up to `until`."""
+        quiet_from = self.quiet_from(until)
+        for monitor in self._monitors:
+            yield from monitor.finish(until, quiet_from, lateness)
