@@ -162,7 +162,15 @@ def load_bench(path: str) -> BenchFile:
     Raises:
         ConfigError: the file cannot be read, or every problem of it, one a line.
     """
-    document = read_document(path)
+    return bench_from(read_document(path), path)
+
+
+def bench_from(document: Mapping[str, object], path: str) -> BenchFile:
+    """The bench in the tables of a file; `path` names it.
+
+    Raises:
+        ConfigError: every problem of the tables, one a line.
+    """
     file = structure(document, _File)
     problems = file if isinstance(file, list) else []
     refuse(path, [*problems, *_without_server(document), *_commands(document)])

@@ -111,12 +111,11 @@ def load_profile(name_or_path: str) -> DeviceProfile:
     shipped = _shipped()
     if name_or_path in shipped:
         path = shipped[name_or_path]
-        return _profile(parse_document(path.read_text("utf-8"), str(path)), str(path))
+        return profile_from(parse_document(path.read_text("utf-8"), str(path)), str(path))
     if _looks_like_a_file(name_or_path):
-        return _profile(read_document(name_or_path), name_or_path)
+        return profile_from(read_document(name_or_path), name_or_path)
     hint = near_miss(name_or_path, shipped)
-    listed = f"shipped: {', '.join(shipped)}; or give a TOML file"
-    what = f"no such profile; {hint}; {listed}" if hint.startswith("did") else listed
+    what = f"no such profile; {hint}; or give a TOML file"
     raise refusal("profile", [Problem((), what, name_or_path)])
 
 
@@ -144,8 +143,12 @@ def _exists(text: str) -> bool:
         return False
 
 
-def _profile(document: Mapping[str, object], path: str) -> DeviceProfile:
-    """Checks and flattens the tables of a profile."""
+def profile_from(document: Mapping[str, object], path: str) -> DeviceProfile:
+    """The profile in the tables of a file; `path` names it.
+
+    Raises:
+        ConfigError: every problem of the tables, one a line.
+    """
     file = structure(document, _File)
     problems = file if isinstance(file, list) else []
     refuse(

@@ -162,7 +162,7 @@ def _word_problems(key: str, table: Mapping[str, object]) -> Iterator[str]:
             yield f"{key}.{field}: {value!r}: unknown; write one of {', '.join(words)}"
     needs = table.get("needs", [])
     if not isinstance(needs, list) or any(need not in FACILITIES for need in needs):
-        yield f"{key}.needs: {needs!r}: write a list of {', '.join(FACILITIES)}"
+        yield f"{key}.needs: write a list of {', '.join(FACILITIES)}"
     limits = table.get("limits", {})
     if not isinstance(limits, dict) or any(not isinstance(v, str) for v in limits.values()):
-        yield f'{key}.limits: {limits!r}: write e.g. {{ command = "50 ms" }}'
+        yield f'{key}.limits: write e.g. {{ command = "50 ms" }}'
