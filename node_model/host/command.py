@@ -1,0 +1,163 @@
+"""The command `python -m node_model`: hosts one node until it is told to end.
+
+It prints one line, `ready control=ADDRESS channel=NAME`, once the bus is open and the
+control server listens. Without `--control` the node is powered at once; with it the node
+is off until the client switches it on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import gc
+import os
+import select
+import signal
+import socket
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+from node_model.host import models
+from node_model.host.control import Server
+from node_model.host.loop import Loop
+from node_model.host.verbs import Verbs
+from node_model.host.wires import SocketCanWire, Wire, WireError
+from node_model.node import MS, US, Panel, S
+
+_SPIN_NS = 200 * US if len(os.sched_getaffinity(0)) > 1 else 0
+"""How long before a deadline to stop sleeping: a wake-up is up to 0.1 ms late. On a single
+processor spinning would only keep the tester from running."""
+
+_NO_DESCRIPTOR_NS = 1 * MS
+"""How often to look at an interface that select cannot wait for."""
+_LONGEST_NS = 60 * S
+
+
+def arguments() -> argparse.ArgumentParser:
+    """The command line."""
+    parser = argparse.ArgumentParser("node_model", description="Host a model of a CANopen node.")
+    add = parser.add_argument
+    add("--profile", default="keypad", help="bundled device profile, or a TOML file")
+    add("--channel", required=True, help="CAN channel, e.g. vcan0")
+    add("--interface", default="socketcan", help="python-can interface type")
+    add("--node-id", type=int, help="overrides the profile's")
+    add("--eds", help="EDS file of a generic device")
+    add("--mutant", help="host a named faulty model")
+    add("--storage", type=Path, help="file that keeps commissioned parameters")
+    add("--control", help="serve the bench control protocol: tcp:HOST:PORT or unix:PATH")
+    return parser
+
+
+def main(argv: Sequence[str] | None = None, say: Callable[[str], None] = print) -> int:
+    """Run the command; returns the exit status: 0 ended, 2 wrong use or no bus."""
+    parser = arguments()
+    options = parser.parse_args(argv)
+    if options.eds:
+        parser.error("--eds goes with the profile generic; the keypad has no object dictionary")
+    try:
+        image = models.read_image(options.storage) if options.storage else None
+        node = models.make_node(options.profile, options.mutant, options.node_id, image)
+        with contextlib.closing(open_wire(options.interface, options.channel)) as wire:
+            return host(node, wire, options.control, options.storage, say)
+    except (WireError, models.UnknownModelError, ValueError, OSError) as error:
+        print(f"node_model: {error}", file=sys.stderr)  # noqa: T201 - a command prints
+        return 2
+
+
+def open_wire(interface: str, channel: str) -> Wire:
+    """The wire for an interface type of python-can."""
+    if interface == "socketcan":
+        return SocketCanWire(channel)
+    from node_model.host.pythoncan import PythonCanWire  # noqa: PLC0415 - needs an extra
+
+    return PythonCanWire(interface, channel)
+
+
+def host(
+    node: Panel,
+    wire: Wire,
+    control: str | None,
+    storage: Path | None,
+    say: Callable[[str], None],
+) -> int:
+    """Host a node on a wire until SIGTERM or SIGINT."""
+    loop = Loop(node, wire)
+    with contextlib.ExitStack() as stack:
+        server = None
+        if control:
+            verbs = Verbs(loop)
+            server = Server(control, verbs, verbs.release)
+            stack.callback(server.close)
+        stop = stack.enter_context(stop_signal())
+        _prefer_exact_timers()
+        gc.collect()
+        gc.freeze()
+        say(f"ready control={server.address if server else '-'} channel={wire.name}")
+        sys.stdout.flush()
+        if server is None:
+            loop.power(True, loop.instant())
+        run(loop, server, stop, storage)
+    return 0
+
+
+def run(loop: Loop, server: Server | None, stop: socket.socket, storage: Path | None) -> None:
+    """Turn until something is readable on `stop`."""
+    kept = loop.node.image() if storage else b""
+    wire = loop.wire.descriptor
+    while True:
+        loop.catch_up()
+        if storage and (image := loop.node.image()) != kept:
+            models.write_image(storage, image)
+            kept = image
+        readable, writable = server.descriptors() if server else ([], [])
+        fixed = [stop.fileno()] if wire is None else [stop.fileno(), wire]
+        ready, room, _ = select.select([*fixed, *readable], writable, [], _wait_s(loop))
+        if fixed[0] in ready:
+            return
+        if server and (room or any(fd not in fixed for fd in ready) or _is_done(loop)):
+            loop.catch_up()
+            server.turn()
+
+
+def _is_done(loop: Loop) -> bool:
+    """A job came to its end: the client waits for its answer."""
+    return loop.job is not None and loop.job.due() is None
+
+
+def _wait_s(loop: Loop) -> float:
+    """How long nothing is due: sleep to shortly before it, then look without sleeping."""
+    due = loop.wake_at()
+    left = _LONGEST_NS if due is None else due - loop.clock()
+    left = min(left - _SPIN_NS, _LONGEST_NS)
+    if _is_done(loop):
+        left = 0
+    if loop.wire.descriptor is None:
+        left = min(left, _NO_DESCRIPTOR_NS)
+    return max(left, 0) / S
+
+
+@contextlib.contextmanager
+def stop_signal() -> Iterator[socket.socket]:
+    """A socket that becomes readable on SIGTERM or SIGINT."""
+    ours, theirs = socket.socketpair()
+    theirs.setblocking(False)
+    before = {
+        number: signal.signal(number, lambda *_: None)
+        for number in (signal.SIGTERM, signal.SIGINT)
+    }
+    wakeup = signal.set_wakeup_fd(theirs.fileno(), warn_on_full_buffer=False)
+    try:
+        yield ours
+    finally:
+        signal.set_wakeup_fd(wakeup)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        ours.close()
+        theirs.close()
+
+
+def _prefer_exact_timers() -> None:
+    """Linux rounds our wake-ups by 50 us unless asked not to (prctl(2), timer slack)."""
+    with contextlib.suppress(OSError):
+        Path("/proc/self/timerslack_ns").write_text("1", encoding="ascii")
