@@ -18,6 +18,7 @@ SHOWN_PROBLEMS = 50
 
 _SHOWN_VALUE = 60
 _COMPARED_NAME = 64
+_LISTED_NAMES = 16
 _BARE = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-")
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = _SHOWN_VALUE
@@ -106,11 +107,17 @@ def show_path(path: Iterable[str]) -> str:
 
 
 def near_miss(wrong: str, known: Iterable[str]) -> str:
-    """Asks for the name that was probably meant, else lists the names that there are."""
+    """Asks for the name that was probably meant, else lists the names that there are.
+
+    The known names may come from a file too: they are shown with the same care.
+    """
     names = sorted(known)
     if len(wrong) <= _COMPARED_NAME:
-        lower = {name.lower(): name for name in names}
+        lower = {name.lower(): name for name in names if len(name) <= _COMPARED_NAME}
         close = difflib.get_close_matches(wrong.lower(), lower, n=2, cutoff=0.6)
         if close:
-            return f"did you mean {' or '.join(lower[name] for name in close)}?"
-    return f"known: {', '.join(names)}" if names else "none are known here"
+            return f"did you mean {' or '.join(show_path([lower[name]]) for name in close)}?"
+    if not names:
+        return "none are known here"
+    more = ["..."] if len(names) > _LISTED_NAMES else []
+    return f"known: {', '.join([show_path([name]) for name in names[:_LISTED_NAMES]] + more)}"

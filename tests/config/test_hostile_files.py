@@ -7,8 +7,9 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import attrs
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
@@ -17,6 +18,7 @@ from hil_tests.config import load_bench, load_profile
 from hil_tests.config.bench import bench_from
 from hil_tests.config.document import MAX_BYTES, MAX_LINE, parse_document
 from hil_tests.config.profile import profile_from
+from hil_tests.config.reading import structure
 from hil_tests.config.report import Problem, near_miss, refuse, show
 from hil_tests.errors import ConfigError
 
@@ -27,6 +29,21 @@ KEYS = [
     *("driver", "on", "off", "timeout", "address", "parameters", "node_id", "125k", "scan"),
 ]
 WORDS = ["keypad", "control", "command", "operator", "5 %", "5 ms", "tcp:a:1", "a", ""]
+
+
+class Broken:
+    """A rule with a slip."""
+
+    def read(self, value: object) -> int:
+        """Break."""
+        raise LookupError(f"slip at {value}")
+
+
+@attrs.frozen
+class Shape:
+    """One value with that rule."""
+
+    x: Annotated[int, Broken()]
 
 
 def said(reader: Callable[[str], object], path: object) -> str:
@@ -134,6 +151,30 @@ def test_a_near_miss_or_the_list() -> None:
     assert near_miss("zzz", ["scan", "led"]) == "known: led, scan"
     assert near_miss("scan" * 999, ["scan"]) == "known: scan"
     assert near_miss("x", []) == "none are known here"
+    assert near_miss("zz", [f"n{n:02}" for n in range(17)]).endswith("n15, ...")
+
+
+def test_known_names_out_of_the_file_are_shown_with_care() -> None:
+    """Once the list of a file's own key names went to the terminal as it stood."""
+    assert near_miss("on_off", ["\x1b[2J", "k" * 900]).startswith("known: '\\x1b[2J', 'kkk")
+    assert len(near_miss("on_off", ["k" * 900])) < 80
+    assert near_miss("a\nb", ["a\nb "]) == "did you mean 'a\\nb '?"
+
+
+def test_a_number_that_python_does_not_convert_is_told() -> None:
+    """An interpreter can be set to fewer digits than a line holds."""
+    before = sys.get_int_max_str_digits()
+    sys.set_int_max_str_digits(640)
+    try:
+        (line,) = complaint(parse_document, "x = " + "9" * 900, "x.toml")
+    finally:
+        sys.set_int_max_str_digits(before)
+    assert line.startswith("x.toml: no TOML: Exceeds the limit (640 digits)")
+
+
+def test_a_rule_that_breaks_is_an_error_of_the_file() -> None:
+    """A slip in a rule must not become a traceback for the user either."""
+    assert structure({"x": 3}, Shape) == [Problem(("x",), "cannot be used: slip at 3", 3)]
 
 
 def test_importing_the_plugins_errors_does_not_import_attrs() -> None:
