@@ -47,7 +47,7 @@ class Operation:
             state.value: (heartbeat_frame(self.node_id, state),) for state in NmtState
         }
         self.beat = self.heartbeat_type(self.heartbeat_ns())
-        self.keys = self.debouncer_type(self.debounce_ns(), mask)
+        self.keys = self.fresh_keys(mask)
         self.lamps = self.lamps_type(profile, now)
 
     # Facts that follow from the parameters.
@@ -67,6 +67,10 @@ class Operation:
     def debounce_ns(self) -> int:
         """How long a press or a release must last."""
         return self.parameters.debounce * DEBOUNCE_STEP_NS
+
+    def fresh_keys(self, mask: int) -> Debouncer:
+        """The debouncer with which a start begins; what is held then counts at once."""
+        return self.debouncer_type(self.debounce_ns(), mask)
 
     def reset_ns(self) -> int:
         """How long an initialisation after an NMT reset takes."""
@@ -104,7 +108,7 @@ class Operation:
         self.resets_by = command
         self.boot_at = now + self.reset_ns()
         self.beat.stop()
-        self.keys = self.debouncer_type(self.debounce_ns(), self.raw)
+        self.keys = self.fresh_keys(self.raw)
         self.lamps = self.lamps_type(self.profile, now)
         return NOTHING
 
@@ -157,7 +161,7 @@ class Operation:
         """The contacts are as in `mask` from now on."""
         self.raw = mask
         if self.boot_at is not None:
-            self.keys = self.debouncer_type(self.debounce_ns(), mask)
+            self.keys = self.fresh_keys(mask)
             return NOTHING
         self.keys.edge(mask, now)
         return self.settle(now)

@@ -1,0 +1,101 @@
+"""Every faulty and every different device by its name."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from types import MappingProxyType
+from typing import Protocol
+
+from node_model.faults.mutants import FAULTS
+from node_model.faults.parts import Deviation, Fault, assemble
+from node_model.faults.variants import DEVIATIONS
+from node_model.keypad import Keypad, Profile
+from node_model.node import Panel
+
+_WORD = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
+
+
+class Maker(Protocol):
+    """Builds the device."""
+
+    def __call__(self, profile: Profile, image: bytes = b"") -> Panel:
+        """A device with these facts of hardware and this content of its memory."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mutant:
+    """A device with one fault that the suite must find.
+
+    Args:
+        name: kebab-case.
+        text: the fault in one sentence.
+        violates: ids of the requirements it breaks, the plainest first.
+        make: builds it.
+    """
+
+    name: str
+    text: str
+    violates: tuple[str, ...]
+    make: Maker
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """A device that differs and conforms: the suite must spare it.
+
+    Args:
+        name: kebab-case.
+        text: the difference in one sentence.
+        allowed_by: id of the requirement that leaves room for it.
+        make: builds it.
+        departs: ids of derived requirements whose reading it does not share.
+    """
+
+    name: str
+    text: str
+    allowed_by: str
+    make: Maker
+    departs: tuple[str, ...] = ()
+
+
+def name_of(part: type) -> str:
+    """Kebab-case name of a class: EchoTooFast is "echo-too-fast"."""
+    return _WORD.sub("-", part.__name__).lower()
+
+
+def text_of(part: type) -> str:
+    """Its docstring as one line."""
+    return " ".join((part.__doc__ or "").split())
+
+
+def _mutant(part: type[Fault]) -> Mutant:
+    return Mutant(name_of(part), text_of(part), part.violates, partial(assemble, part))
+
+
+def _variant(part: type[Deviation]) -> Variant:
+    made = partial(assemble, part)
+    return Variant(name_of(part), text_of(part), part.allowed_by, made, part.departs)
+
+
+MUTANTS: Mapping[str, Mutant] = MappingProxyType({name_of(p): _mutant(p) for p in FAULTS})
+VARIANTS: Mapping[str, Variant] = MappingProxyType({name_of(p): _variant(p) for p in DEVIATIONS})
+
+
+def make(name: str | None, profile: Profile, image: bytes = b"") -> Panel:
+    """The right keypad (None), or the mutant or variant of that name.
+
+    Raises:
+        ValueError: there is none; the near misses are named.
+    """
+    if name is None:
+        return Keypad(profile, image)
+    found = MUTANTS.get(name) or VARIANTS.get(name)
+    if found is None:
+        near = difflib.get_close_matches(name, [*MUTANTS, *VARIANTS])
+        hint = f"did you mean {' or '.join(near)}?" if near else "no name is near it."
+        raise ValueError(f"no mutant or variant {name!r}; {hint}")
+    return found.make(profile, image)
