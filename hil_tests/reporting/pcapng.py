@@ -1,0 +1,184 @@
+"""The record of a run on disk: a pcapng file, written frame by frame.
+
+Wireshark and tshark show it as CANopen (`tshark -d can.subdissector,canopen -r FILE`);
+`read_pcapng` gives back exactly what was written. Laws: entries stand in the order in
+which they became known; stamps are integer ns, in virtual time since 1970; a frame of the
+tester is outbound; where a stamp is in doubt, the interface of the frame or a comment says
+by how much.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from hil_tests.errors import BenchError
+from hil_tests.reporting import journal
+from hil_tests.reporting import pcapng_layout as layout
+from hil_tests.reporting.journal import Mark
+from hil_tests.reporting.pcapng_reader import read_pcapng
+from hil_tests.trace import Entry, Sighting
+
+__all__ = ["Mark", "PcapngSink", "read_pcapng"]
+
+_BUFFER_BYTES = 1 << 18
+_MOST_INTERFACES = 16
+"""A port knows a few doubts; one interface for each costs a frame nothing."""
+
+_NO_DOUBT = 0
+_JOURNAL = 1
+_FIXED_BYTES = 52
+"""An enhanced packet with a SocketCAN header, the direction, and no data."""
+
+
+def _shape(size: int) -> tuple[struct.Struct, int, int]:
+    """Pattern of the block of a frame with `size` data bytes, its length, and the packet's.
+
+    type, length, interface, stamp, captured, original | identifier, length, FD flags,
+    reserved, DLC above 8, data | flags option, end of options, length.
+    """
+    padded = size + -size % 4
+    return struct.Struct(f">IIIqIIIBBBB{padded}sIIII"), _FIXED_BYTES + padded, 8 + size
+
+
+_SHAPES = tuple(_shape(size) for size in range(9))
+_PACKET, _IN, _OUT = layout.ENHANCED_PACKET, layout.INBOUND, layout.OUTBOUND
+_FLAGS_OPTION = layout.EPB_FLAGS << 16 | 4
+
+
+def _identifier(head: int) -> int:
+    """Identifier and flags as SocketCAN has them, from the packed head of a frame."""
+    word = head & 0x1FFF_FFFF
+    if head >> 29 & 1:
+        word |= layout.CAN_EXTENDED
+    return word | layout.CAN_REMOTE if head >> 30 & 1 else word
+
+
+class PcapngSink:
+    """Writes a trace as it comes.
+
+    Args:
+        path: the file; an old one is overwritten.
+        interface: name of the CAN interface, e.g. "vcan0".
+        clock: which clock stamps the frames, for people.
+        flush: hand each entry to the operating system at once, so that a killed process
+            loses nothing; else up to 256 KiB wait in memory until `close`.
+
+    Raises:
+        BenchError: the file cannot be written.
+    """
+
+    def __init__(self, path: Path, *, interface: str, clock: str, flush: bool) -> None:
+        self.path = path
+        self._name = interface
+        self._clock = clock
+        self._flush = flush
+        self._places = {0: _NO_DOUBT}
+        try:
+            self._file = path.open("wb", buffering=0 if flush else _BUFFER_BYTES)
+        except OSError as error:
+            raise self._lost(error) from error
+        self._put(
+            layout.section()
+            + layout.interface(layout.CAN_SOCKETCAN, interface, clock)
+            + layout.interface(layout.UPPER_PDU, journal.INTERFACE, "what the bench did and saw")
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def write(self, entry: Entry) -> None:
+        """Store one entry.
+
+        Raises:
+            BenchError: the disk is full, or gone.
+            TypeError, ValueError: the detail of a stimulus is no plain data.
+        """
+        if not isinstance(entry, Sighting):
+            self._note(entry)
+            return
+        frame, at, doubt_ns, own = entry
+        place = self._places.get(doubt_ns)
+        if place is None:
+            place = self._new_place(doubt_ns)
+            if place is None:
+                self._commented(entry)
+                return
+        data = frame.data
+        head = frame.head
+        shape, size, packet = _SHAPES[len(data)]
+        word, dlc = head & 0xFFFF_FFFF, head >> 32
+        block = shape.pack(
+            _PACKET, size, place, at, packet, packet,
+            _identifier(word) if word >> 29 else word,
+            dlc if dlc < 9 else 8, 0, 0, dlc if dlc > 8 else 0, data,
+            _FLAGS_OPTION, _OUT if own else _IN, 0, size,
+        )  # fmt: skip
+        self._put(block)
+
+    def mark(self, at: int, text: str, data: Mapping[str, object]) -> None:
+        """Store a note of the judge, e.g. a verdict, at an instant of the trace."""
+        self._note(Mark(at, text, data))
+
+    def close(self) -> None:
+        """Hand over what is in memory; a second call does nothing."""
+        try:
+            self._file.close()
+        except OSError as error:
+            raise self._lost(error) from error
+
+    def _note(self, note: journal.Note) -> None:
+        packet = journal.pack(note)
+        if len(packet) > layout.LARGEST_BLOCK // 2:
+            raise ValueError(f"{len(packet)} bytes are too many for one note in a trace")
+        comment = journal.describe(note).encode("utf-8", "replace")
+        stamp = journal.stamp(note)
+        self._put(layout.packet(_JOURNAL, stamp, packet, (layout.COMMENT, comment)))
+
+    def _new_place(self, doubt_ns: int) -> int | None:
+        """An interface for frames of that doubt, while there are few."""
+        place = len(self._places) + 1
+        if place > _MOST_INTERFACES:
+            return None
+        doubt = layout.DOUBT_TEXT.format(doubt_ns)
+        link = layout.CAN_SOCKETCAN
+        self._put(layout.interface(link, self._name, f"{self._clock}; {doubt}"))
+        self._places[doubt_ns] = place
+        return place
+
+    def _commented(self, sighting: Sighting) -> None:
+        """A frame of rare doubt."""
+        frame, at, doubt_ns, own = sighting
+        lengths = (min(frame.dlc, 8), 0, 0, frame.dlc if frame.dlc > 8 else 0)
+        body = _identifier(frame.head).to_bytes(4, "big") + bytes(lengths) + frame.data
+        flags = (layout.OUTBOUND if own else layout.INBOUND).to_bytes(4, "big")
+        doubt = layout.DOUBT_TEXT.format(doubt_ns).encode()
+        pairs = (layout.EPB_FLAGS, flags), (layout.COMMENT, doubt)
+        self._put(layout.packet(_NO_DOUBT, at, body, *pairs))
+
+    def _put(self, block: bytes) -> None:
+        try:
+            written = self._file.write(block)
+            while written < len(block):
+                block = block[written:]
+                written = self._file.write(block)
+        except OSError as error:
+            raise self._lost(error) from error
+
+    def _lost(self, error: OSError) -> BenchError:
+        why = error.strerror or str(error)
+        return BenchError(
+            f"trace {self.path}: {why}; make room there or choose another place "
+            "with --can-reports DIR"
+        )
