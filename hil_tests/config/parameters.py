@@ -34,17 +34,17 @@ Steps100ms = Annotated[int, Whole(0, 255, "x 100 ms")]
 
 @attrs.frozen
 class Parameters:
-    """One complete set of parameters. The defaults are a board's that was never commissioned.
+    """One complete set of parameters.
 
     A file is held to the ranges; an instance made in code is not, because tests send
     values outside them on purpose.
     """
 
-    node_id: NodeId = 1
-    bit_rate_code: Byte = 2
-    heartbeat_ms: Milliseconds = 1000
-    sync_time: Steps10ms = 0
-    debounce: Steps100ms = 1
+    node_id: NodeId
+    bit_rate_code: Byte
+    heartbeat_ms: Milliseconds
+    sync_time: Steps10ms
+    debounce: Steps100ms
 
     @property
     def bit_rate(self) -> int:

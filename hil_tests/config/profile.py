@@ -42,27 +42,27 @@ class _Identity:
 class _Keys:
     bits: Annotated[Mapping[str, int], BitMap()]
     commissioning: Annotated[tuple[str, ...], Texts(2, 2, distinct=True)]
-    frame_bytes: Annotated[int, _FRAME_BYTES] = 1
-    releases_reported: Annotated[bool, Flag()] = True
+    frame_bytes: Annotated[int, _FRAME_BYTES]
+    releases_reported: Annotated[bool, Flag()]
 
 
 @attrs.frozen
 class _Leds:
     bits: Annotated[Mapping[str, int], BitMap()]
-    frame_bytes: Annotated[int, _FRAME_BYTES] = 1
-    both_set: Annotated[str, OneOf(("steady", "blink"))] = "steady"
-    blink_on_ns: Annotated[int, _BLINK] = 500 * MS
-    blink_off_ns: Annotated[int, _BLINK] = 500 * MS
+    frame_bytes: Annotated[int, _FRAME_BYTES]
+    both_set: Annotated[str, OneOf(("steady", "blink"))]
+    blink_on_ns: Annotated[int, _BLINK]
+    blink_off_ns: Annotated[int, _BLINK]
 
 
 @attrs.frozen
 class _File:
-    """The tables of a profile."""
+    """The tables of a profile. Facts of a device have no defaults; limits have."""
 
     device: _Identity
     keys: _Keys
     leds: _Leds
-    factory: Parameters = attrs.field(factory=Parameters)
+    factory: Parameters
     limits: ProfileLimits = attrs.field(factory=ProfileLimits)
     shortest_heartbeat: Annotated[Mapping[int, int], HeartbeatTable()] = SHORTEST_HEARTBEATS
 
@@ -183,7 +183,7 @@ def profile_from(document: Mapping[str, object], path: str) -> DeviceProfile:
 
 def _misfits(document: Mapping[str, object], section: str) -> Iterable[Problem]:
     """Bits that the frame has no room for."""
-    frame_bytes = table(document, section).get("frame_bytes", 1)
+    frame_bytes = table(document, section).get("frame_bytes")
     if type(frame_bytes) is not int or not 1 <= frame_bytes <= 8:
         return  # said already
     for name, bit in table(document, section, "bits").items():

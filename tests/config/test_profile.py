@@ -21,8 +21,20 @@ kind = "keypad"
 [keys]
 bits = { a = 0, b = 1 }
 commissioning = ["a", "b"]
+frame_bytes = 1
+releases_reported = true
 [leds]
 bits = { a = 0 }
+frame_bytes = 1
+both_set = "steady"
+blink_on = "500 ms"
+blink_off = "500 ms"
+[factory]
+node_id = 1
+bit_rate_code = 2
+heartbeat_ms = 1000
+sync_time = 0
+debounce = 1
 """
 BITS = {"on_off": 0, "aut": 1, "k3": 2, "k4": 3, "k5": 4, "k6": 5, "k7": 6, "k8": 7}
 SHIPPED = Path(hil_tests.__file__).parents[1] / "node_model" / "profiles" / "keypad.toml"
@@ -46,9 +58,15 @@ def errors(tmp_path: Path, text: str) -> list[str]:
 
 
 def with_line(section: str, line: str) -> str:
-    """The minimal profile with one more line in a section."""
-    head = f"[{section}]\n"
-    return MINIMAL.replace(head, head + line + "\n") if head in MINIMAL else MINIMAL + head + line
+    """The minimal profile with this line in a section, in place of the key's own line."""
+    key, head = line.split(" = ", 1)[0], f"[{section}]\n"
+    if head not in MINIMAL:
+        return MINIMAL + head + line
+    before, after = MINIMAL.split(head)
+    lines = after.split("\n")
+    end = next((n for n, text in enumerate(lines) if text.startswith("[")), len(lines))
+    kept = [text for text in lines[:end] if not text.startswith(f"{key} = ")]
+    return "\n".join([before + head + line, *kept, *lines[end:]])
 
 
 def test_the_shipped_keypad_is_what_its_file_says() -> None:
@@ -71,7 +89,7 @@ def test_the_shipped_keypad_is_what_its_file_says() -> None:
 def test_defaults_are_those_of_the_shipped_keypad(tmp_path: Path) -> None:
     """A profile that says only what it must is judged by the documented defaults."""
     pad, keypad = load_profile(written(tmp_path, MINIMAL)), load_profile("keypad")
-    for name in ("limits", "factory", "shortest_heartbeat", "blink_on_ns", "both_set"):
+    for name in ("limits", "shortest_heartbeat"):
         assert getattr(pad, name) == getattr(keypad, name)
     assert pad.shortest_heartbeat == SHORTEST_HEARTBEATS
 
@@ -103,6 +121,7 @@ def test_a_profile_cannot_be_changed() -> None:
         ("keys", "frame_bytes = 1.0", "keys.frame_bytes: 1.0: write a whole number"),
         ("keys", 'releases_reported = "yes"', "keys.releases_reported: 'yes': write true or fal"),
         ("keys", "both_set = 1", "keys.both_set: unknown key; it belongs in [leds]"),
+        ("keys", "led = 1", "keys.led: unknown key; it belongs in [limits]"),
         ("leds", 'both_set = "blnk"', "leds.both_set: 'blnk': unknown word; did you mean blink?"),
         ("leds", "both_set = 1", 'leds.both_set: 1: unknown word; known: "steady", "blink"'),
         ("leds", "blink_on = 500", "leds.blink_on: 500: a time needs quotes and a unit"),
@@ -153,8 +172,7 @@ def test_one_slip_gives_one_line_with_its_remedy(
         ('kind = "keypad"', "", "device.kind: is missing; add this key to [device]"),
         ('kind = "keypad"', 'kind = "drive"', "device.kind: 'drive': not built into this version"),
         ('kind = "keypad"', 'kind = "keybad"', "device.kind: 'keybad': unknown word; did you m"),
-        ("[leds]\nbits = { a = 0 }", "", "leds: is missing; add this section"),
-        ("[leds]\nbits = { a = 0 }", "[[leds]]", "leds: [{}]: write a table: a [section]"),
+        ("[leds]", "[[leds]]", "leds: [{'bits': {...}, 'bl"),
     ],
 )
 def test_what_must_fit_together_is_checked(tmp_path: Path, old: str, new: str, said: str) -> None:
@@ -210,7 +228,7 @@ def test_bits_fill_the_frame_to_its_last_bit(tmp_path: Path) -> None:
 
 
 def test_all_errors_are_told_at_once(tmp_path: Path) -> None:
-    """Eight slips in five sections: eight lines, so that one round mends the file."""
+    """Every slip in every section, so that one round mends the file."""
     text = """
     [device]
     name = 3
@@ -218,6 +236,7 @@ def test_all_errors_are_told_at_once(tmp_path: Path) -> None:
     [keys]
     bits = { a = 0, b = 0, c = 9 }
     commissioning = ["a", "x"]
+    frame_bytes = 1
     [leds]
     blink_on = 5
     [limits]
@@ -228,13 +247,33 @@ def test_all_errors_are_told_at_once(tmp_path: Path) -> None:
         "device.kind",
         "device.knd",
         "device.name",
+        "factory",
         "keys.bits.b",
         "keys.bits.c",
         "keys.commissioning",
+        "keys.releases_reported",
         "leds.bits",
+        "leds.blink_off",
         "leds.blink_on",
+        "leds.both_set",
+        "leds.frame_bytes",
         "limits.led",
     ]
+
+
+@pytest.mark.parametrize("section", ["device", "keys", "leds", "factory"])
+def test_facts_of_a_device_have_no_defaults(tmp_path: Path, section: str) -> None:
+    """A fact that is guessed would be a verdict that is guessed; each missing one is told."""
+    lines, inside = [], ""
+    for line in MINIMAL.splitlines():
+        inside = line if line.startswith("[") else inside
+        if inside != f"[{section}]":
+            lines.append(line)
+    assert errors(tmp_path, "\n".join(lines)) == [f"{section}: is missing; add this section"]
+    hollow = "\n".join([*lines, f"[{section}]"])
+    facts = tomllib.loads(MINIMAL)[section]
+    told = [line.split(": ")[0] for line in errors(tmp_path, hollow)]
+    assert sorted(told) == sorted(f"{section}.{key}" for key in facts)
 
 
 def test_a_hopeless_file_is_not_listed_in_full(tmp_path: Path) -> None:
@@ -312,11 +351,11 @@ def test_no_period_has_no_limits(period_ns: int) -> None:
 )
 def test_bit_rate_codes_are_those_of_the_source(code: int, rate: int) -> None:
     """Inizializzazione, Byte 2: every other code means 250k."""
-    assert Parameters(bit_rate_code=code).bit_rate == rate
+    assert Parameters(1, code, 0, 0, 0).bit_rate == rate
 
 
 def test_parameters_give_their_times_in_ns() -> None:
     """Milliseconds, and steps of 100 ms."""
-    parameters = Parameters(heartbeat_ms=65535, debounce=255)
+    parameters = Parameters(1, 2, 65535, 0, 255)
     assert parameters.heartbeat_ns == 65_535 * MS
     assert parameters.debounce_ns == 25_500 * MS
