@@ -13,6 +13,7 @@ from hil_tests.trace import BusEvent, Entry, EventKind, Moment, Sighting, Trace
 from node_model.frame import MAX_BASE_ID, MAX_EXTENDED_ID, Frame
 
 INT64 = (1 << 63) - 1
+MOST_DOUBT = (1 << 32) - 1
 FRAMES = [
     Frame(0),
     Frame(0x7FF, b"\xff" * 8),
@@ -38,7 +39,7 @@ def sightings(draw: st.DrawFn) -> Sighting:
         dlc = draw(st.integers(8, 15)) if len(data) == 8 else len(data)
         frame = Frame(can_id, data, extended=extended, dlc=dlc)
     instant = draw(st.integers(-INT64, INT64))
-    return Sighting(frame, instant, draw(st.integers(0, INT64)), own=draw(st.booleans()))
+    return Sighting(frame, instant, draw(st.integers(0, MOST_DOUBT)), own=draw(st.booleans()))
 
 
 moments = st.builds(
@@ -138,6 +139,17 @@ def test_leading_zero_bytes_are_data() -> None:
     assert [sighting.frame.data for sighting in trace.frames()] == bodies
 
 
+@pytest.mark.parametrize(
+    ("doubt_ns", "kept_ns"),
+    [(0, 0), (MOST_DOUBT, MOST_DOUBT), (MOST_DOUBT + 1, MOST_DOUBT), (INT64, MOST_DOUBT)],
+)
+def test_doubt_is_kept_up_to_four_seconds(doubt_ns: int, kept_ns: int) -> None:
+    """Doubt comes back exactly up to 2^32 - 1 ns; more is kept as that."""
+    trace = Trace()
+    trace.see(Sighting(Frame(1), 0, doubt_ns))
+    assert trace.frame(0).doubt_ns == kept_ns
+
+
 # Where things are
 
 
@@ -207,13 +219,13 @@ def test_a_frame_costs_at_most_40_bytes() -> None:
     assert allocated / len(trace) <= 40
 
 
-def test_the_columns_take_32_bytes_a_frame() -> None:
-    """Four words a frame are reported, whatever the frame."""
+def test_the_columns_take_28_bytes_a_frame() -> None:
+    """Three and a half words a frame are reported, whatever the frame."""
     trace = Trace()
     assert trace.bytes_used == 0
     for frame in FRAMES:
         trace.see(Sighting(frame, 0))
-    assert trace.bytes_used == 32 * len(FRAMES)
+    assert trace.bytes_used == 28 * len(FRAMES)
 
 
 # Values
