@@ -33,8 +33,8 @@ class Seen(NamedTuple):
 
     @property
     def when(self) -> Interval:
-        """The interval in which it was asked for."""
-        return self.wanted
+        """When it counts: a stimulus of ours from its end, others from their request."""
+        return Interval(self.at, self.at) if self.own else self.wanted
 
 
 class CausalClock:

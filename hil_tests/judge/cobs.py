@@ -74,3 +74,15 @@ def device_ids(node_id: int | None) -> frozenset[int]:
         return frozenset(fixed)
     bases = (EMCY, KEYS, SDO_ANSWER, ERROR_CONTROL)
     return frozenset(fixed | {base + node_id for base in bases})
+
+
+def parameter_bytes(  # noqa: PLR0913  the six fields of the source's table
+    node_id: int,
+    bit_rate_code: int,
+    heartbeat_ms: int,
+    sync_time: int,
+    debounce: int,
+) -> bytes:
+    """The six bytes of 4F8h and 3F8h: heartbeat high byte first (keypad source)."""
+    high, low = divmod(heartbeat_ms, 256)
+    return bytes((node_id, bit_rate_code, high, low, sync_time, debounce))

@@ -1,0 +1,57 @@
+"""The names that acceptance tests use, in one place."""
+
+from __future__ import annotations
+
+from hil_tests.bench.bench import ECHO_PERIOD_NS, Bench, payload
+from hil_tests.bench.facilities import BitRate, Keys, Leds, Power
+from hil_tests.clock import MS, Interval, S, exactly, show_span
+from hil_tests.config import DeviceProfile, Parameters
+from hil_tests.judge import cobs, matchers
+from hil_tests.judge.causal import Seen
+from hil_tests.judge.cobs import Nmt, State, nmt_frame
+from hil_tests.judge.periodic import around, judge_periodic
+from hil_tests.judge.verdict import (
+    DeviceFailure,
+    InconclusiveResult,
+    Limits,
+    NotApplicable,
+    NotRun,
+    Outcome,
+    Verdict,
+)
+from hil_tests.trace import Moment
+from node_model.frame import Frame
+
+__all__ = [
+    "ECHO_PERIOD_NS",
+    "MS",
+    "Bench",
+    "BitRate",
+    "DeviceFailure",
+    "DeviceProfile",
+    "Frame",
+    "InconclusiveResult",
+    "Interval",
+    "Keys",
+    "Leds",
+    "Limits",
+    "Moment",
+    "Nmt",
+    "NotApplicable",
+    "NotRun",
+    "Outcome",
+    "Parameters",
+    "Power",
+    "S",
+    "Seen",
+    "State",
+    "Verdict",
+    "around",
+    "cobs",
+    "exactly",
+    "judge_periodic",
+    "matchers",
+    "nmt_frame",
+    "payload",
+    "show_span",
+]

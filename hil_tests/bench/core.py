@@ -1,0 +1,322 @@
+"""The engine of a bench: time, trace, sending; the same on every stage.
+
+A tester blocks only here, in `Port.next`. Every frame and stimulus goes into the trace and
+through the watch, once, in order; verdicts are made from those.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from heapq import heappop, heappush
+from typing import TYPE_CHECKING, TypeVar
+
+from hil_tests.bench.action import Action
+from hil_tests.bench.facilities import BitRate, Keys, Leds, Power
+from hil_tests.bench.stage import Stage
+from hil_tests.clock import FOREVER, MS, Interval, S, show_span
+from hil_tests.errors import BenchError
+from hil_tests.judge.causal import Lateness, Seen
+from hil_tests.judge.cobs import State
+from hil_tests.judge.expected import Expected
+from hil_tests.judge.timeline import ANY_STATE
+from hil_tests.judge.verdict import Limits, Verdict
+from hil_tests.judge.watch import Watch
+from hil_tests.trace import BusEvent, EventKind, Moment, Sighting, Sink, Trace
+from node_model.frame import Frame
+
+if TYPE_CHECKING:
+    from hil_tests.config import DeviceProfile, Parameters
+
+T = TypeVar("T")
+
+SEND_PATIENCE_NS = 2 * S
+"""How long an own frame may wait for the bus before the bench is called broken."""
+
+STALL_NS = 25 * MS
+"""A wait that ends this much too late, or more, is told as a stall of the host."""
+
+When = Seen | Moment | Interval | int
+"""What an expectation can count from."""
+
+
+def interval_of(when: When) -> Interval:
+    """The interval in which something happened."""
+    if isinstance(when, int):
+        return Interval(when, when)
+    return when if isinstance(when, Interval) else when.when
+
+
+class BenchCore:
+    """What every verb of a bench is made of.
+
+    Args:
+        stage: the world or the real bus behind it.
+        profile: of the device.
+        parameters: what the device is commissioned to; None = not known.
+    """
+
+    def __init__(
+        self, stage: Stage, profile: DeviceProfile, parameters: Parameters | None
+    ) -> None:
+        self.stage = stage
+        self.profile = profile
+        self.home = parameters
+        self.parameters = parameters
+        self.trace = Trace()
+        self.lateness = Lateness()
+        self.stalls = 0
+        self.verdicts: list[Verdict] = []
+        self._found: list[Verdict] = []
+        self.frames = 0
+        self.bus_ns = 0
+        self._earliest = array("q")
+        self._calendar: list[tuple[int, int, Callable[[], object]]] = []
+        self._order = 0
+        self._began_at = stage.port.now()
+        self.watch = self._new_watch(off=False)
+        self.power = Power(self, stage.power) if stage.power else None
+        self.keys = Keys(self, stage.keys) if stage.keys else None
+        self.leds = Leds(self, stage.leds) if stage.leds else None
+        self.bitrate = BitRate(self, stage.bitrate) if stage.bitrate else None
+
+    # What it knows.
+
+    @property
+    def node_id(self) -> int:
+        """Node id that the device has now.
+
+        Raises:
+            BenchError: nobody told; the test should have asked for parameters.
+        """
+        if self.parameters is None:
+            raise BenchError("the node id of the device is not known; state it in [device]")
+        return self.parameters.node_id
+
+    @property
+    def held(self) -> frozenset[str]:
+        """The keys held now."""
+        return self.keys.held if self.keys else frozenset()
+
+    def start_mode(self) -> str:
+        """How the device will start with the keys that are held now."""
+        if self.held == self.profile.commissioning_keys:
+            return "commissioning"
+        return "either" if self.held > self.profile.commissioning_keys else "regular"
+
+    def expected(self, parameters: Parameters | None) -> Expected:
+        """What the judge is told about the device."""
+        limits = self.profile.limits
+        period_ns = parameters.heartbeat_ns if parameters else 0
+        each = limits.heartbeat_each_ns(period_ns) if period_ns else (0, FOREVER)
+        mean = limits.heartbeat_mean_ns(period_ns) if period_ns else (0, FOREVER)
+        return Expected(
+            node_id=parameters.node_id if parameters else None,
+            heartbeat_ns=parameters.heartbeat_ns if parameters else None,
+            heartbeat_each=Limits(*each),
+            heartbeat_mean=Limits(*mean),
+            heartbeat_first=Limits(at_most_ns=each[1]),
+            bit_rate=parameters.bit_rate if parameters else None,
+            command_ns=limits.command_ns,
+            boot_up_ns=limits.boot_up_ns,
+            key_bytes=self.profile.key_frame_bytes,
+            exclusive=self.stage.exclusive,
+        )
+
+    def _new_watch(self, *, off: bool) -> Watch:
+        port = self.stage.port
+        rate = self.stage.bit_rate
+        return Watch(
+            self.expected(self.parameters),
+            1_000_000_000 // rate if port.timed else 0,
+            frozenset((State.OFF,)) if off else ANY_STATE,
+            rate,
+        )
+
+    # The trace.
+
+    def begin(self, *sinks: Sink) -> None:
+        """A test begins: a new trace, which is written to the sinks as it comes."""
+        self.trace = Trace(*sinks)
+        self._earliest = array("q")
+        self._calendar.clear()
+        self.verdicts = []
+        self._found = []
+        self._began_at = self.now()
+        self.watch = self._new_watch(off=False)
+
+    def end(self) -> list[Verdict]:
+        """A test ends: what the monitors found in it."""
+        self.settle()
+        self.frames += len(self.trace)
+        self.bus_ns += max(self.now() - self._began_at, 0)
+        self._close_watch(off=False)
+        return self._found
+
+    def _close_watch(self, *, off: bool) -> None:
+        """What one watch found is kept; another begins."""
+        self._found.extend(self.watch.finish(self.now(), self.lateness))
+        self.watch = self._new_watch(off=off)
+
+    def note(self, moment: Moment) -> Moment:
+        """Put a stimulus into the trace."""
+        self.trace.note(moment)
+        self.watch.did(moment)
+        return moment
+
+    def take(self, item: Sighting | BusEvent) -> None:
+        """Put what a port handed out into the trace."""
+        if isinstance(item, Sighting):
+            trace = self.trace
+            seen = self.watch.see(item, trace.see(item))
+            self._earliest.append(seen.wanted.earliest)
+        else:
+            self.trace.note(item)
+            if item.kind is not EventKind.STALL:
+                self.watch.happened(item)
+
+    def seen(self, index: int) -> Seen:
+        """The frame with that index in the trace, with its causal interval."""
+        frame, at, doubt_ns, own = self.trace.frame(index)
+        bit_ns = self.watch.clock.bit_ns
+        latest = at - frame.bits * bit_ns if bit_ns else at
+        return Seen(frame, at, Interval(min(self._earliest[index], latest), latest), own, index)
+
+    def frames_seen(self, start: int = 0) -> Iterator[Seen]:
+        """The frames of the trace from index `start`."""
+        for index in range(start, len(self.trace)):
+            yield self.seen(index)
+
+    # Time.
+
+    def now(self) -> int:
+        """The present instant on the clock of the bus, ns."""
+        return self.stage.port.now()
+
+    def wait(self, span_ns: int) -> None:
+        """Let time pass; everything that happens on the bus is recorded."""
+        self.wait_until(self.now() + span_ns)
+
+    def wait_until(self, instant: int) -> None:
+        """Let time pass until `instant`."""
+        while self.pump(instant):
+            pass
+
+    def at(self, instant: int, action: Callable[[], object]) -> None:
+        """Put an action on the calendar: it is carried out at `instant`, whatever is waited for."""
+        self._order += 1
+        heappush(self._calendar, (instant, self._order, action))
+
+    def pump(self, until: int, also: Sequence[int] = ()) -> bool:
+        """Let time pass until something happens or `until` comes.
+
+        Returns:
+            True when something happened on the bus or on the calendar, False when `until`
+            has come or a descriptor in `also` is readable.
+        """
+        calendar = self._calendar
+        planned = calendar[0][0] if calendar else FOREVER
+        item = self.stage.port.next(min(until, planned), also)
+        if item is not None:
+            self.take(item)
+            return True
+        now = self.now()
+        if planned <= until and now >= planned:
+            heappop(calendar)[2]()
+            return True
+        if now - until > STALL_NS and not also and until > self._began_at:
+            self._stalled(now, now - until)
+        return False
+
+    def _stalled(self, now: int, late_ns: int) -> None:
+        """The host did not let us run: say so, it is never the device's fault."""
+        self.stalls += 1
+        text = f"the host stopped the suite for {show_span(late_ns)}"
+        self.take(BusEvent(EventKind.STALL, now, text))
+
+    def carry_out(self, action: Action[T]) -> T:
+        """Start an action and wait for it in the loop that also reads the bus."""
+        action.start(self.now())
+        while not action.poll(self.now()):
+            self.pump(action.wake_at, action.descriptors)
+        return action.result()
+
+    def settle(self) -> None:
+        """Ask the host of a model how late it was, and read what it sent meanwhile."""
+        health = self.stage.health
+        if health is not None:
+            for due, sent in self.carry_out(health.late()):
+                self.lateness.add(due, sent)
+        while self.pump(self.now()):
+            pass
+
+    # Doing.
+
+    def post(self, frame: Frame) -> None:
+        """Queue a frame without waiting for the bus."""
+        self.stage.port.send(frame)
+
+    def send(self, frame: Frame) -> Seen:
+        """Send a frame and wait until it was on the bus.
+
+        Raises:
+            BenchError: it did not get there; nobody acknowledges, or the bus is full.
+        """
+        start = len(self.trace)
+        self.post(frame)
+        give_up_at = self.now() + SEND_PATIENCE_NS
+        index = start
+        while True:
+            while index < len(self.trace):
+                sighting = self.trace.frame(index)
+                if sighting.own and sighting.frame == frame:
+                    return self.seen(index)
+                index += 1
+            if not self.pump(give_up_at) and self.now() >= give_up_at:
+                raise BenchError(
+                    f"{frame} was not on the bus within {show_span(SEND_PATIENCE_NS)}: nobody"
+                    " acknowledges (device off, other bit rate, cable) or the bus is full"
+                )
+
+    def load(self, frames: Sequence[Frame], share_ppm: int) -> bool:
+        """Load the bus from another station; False where this bench cannot."""
+        if not self.stage.load(frames, share_ppm):
+            return False
+        self.watch.admit(frozenset(frame.can_id for frame in frames))
+        return True
+
+    # What was measured.
+
+    def record(self, verdict: Verdict) -> Verdict:
+        """Keep a verdict for the results."""
+        self.verdicts.append(verdict)
+        return verdict
+
+    def when(self, thing: When) -> Interval:
+        """The interval of something, widened by what is known of a late host."""
+        if isinstance(thing, Seen) and not thing.own:
+            return self.lateness.widen(thing)
+        return interval_of(thing)
+
+    def renewed(self, parameters: Parameters, *, off: bool) -> None:
+        """The device is now commissioned to `parameters`: a new watch begins."""
+        self.parameters = parameters
+        self._close_watch(off=off)
+
+    def forget(self) -> None:
+        """What the device is commissioned to is no longer known."""
+        self.parameters = None
+
+    def description(self) -> Mapping[str, str]:
+        """For the header of a run."""
+        port = self.stage.port
+        wire = "timed" if port.timed else "untimed"
+        return {
+            "bench": self.stage.name,
+            "bus": f"{port.name}, {self.stage.bit_rate} bit/s, {wire} wire",
+            "clock": port.clock,
+        }
+
+    def close(self) -> None:
+        """Leave the bus and the bench as they were found."""
+        self.stage.close()

@@ -1,0 +1,278 @@
+"""Expectations and verdicts on top of the engine.
+
+Every check leaves a verdict in the results, also when it passes; one that does not pass
+ends the test with what was expected, what was seen, and the frames in between.
+"""
+
+from __future__ import annotations
+
+from typing import NoReturn
+
+from hil_tests.bench.core import BenchCore, When, interval_of
+from hil_tests.clock import MS, Interval, S, show_span
+from hil_tests.judge import matchers
+from hil_tests.judge.causal import Seen
+from hil_tests.judge.cobs import SHOWN, Nmt, State, nmt_frame
+from hil_tests.judge.matchers import Matcher
+from hil_tests.judge.verdict import (
+    DeviceFailure,
+    InconclusiveResult,
+    Limits,
+    NotRun,
+    Outcome,
+    Verdict,
+)
+
+LOOK_ON_NS = 250 * MS
+"""How much longer than its limit a frame is waited for, to tell late from missing."""
+
+BUSY_PATIENCE_NS = 10 * S
+"""How long a full bus may keep us from knowing whether a frame was asked for."""
+
+EVIDENCE_FRAMES = 12
+
+
+class JudgingBench(BenchCore):
+    """Expecting, measuring, concluding."""
+
+    # Verdicts.
+
+    def conclude(self, verdict: Verdict, since: When | None = None) -> Verdict:
+        """Record a verdict; unless it passes, end the test with it and its evidence.
+
+        Raises:
+            DeviceFailure: it is a FAIL.
+            InconclusiveResult: it is INCONCLUSIVE.
+        """
+        self.record(verdict)
+        if verdict.outcome is Outcome.FAIL:
+            raise DeviceFailure(verdict, self.evidence(since))
+        if verdict.outcome is Outcome.INCONCLUSIVE:
+            raise InconclusiveResult(verdict, self.evidence(since))
+        return verdict
+
+    def fail(self, text: str, *, requirement: str = "", since: When | None = None) -> NoReturn:
+        """The device broke the requirement under test, or the one named."""
+        verdict = Verdict(requirement, Outcome.FAIL, text, at=self.now())
+        self.record(verdict)
+        raise DeviceFailure(verdict, self.evidence(since))
+
+    def check(self, fact: bool, text: str, *, requirement: str = "", since: When | None = None) -> None:  # noqa: E501, FBT001
+        """A yes-or-no check: `text` says what is expected."""
+        if not fact:
+            self.fail(text, requirement=requirement, since=since)
+        self.record(Verdict(requirement, Outcome.PASS, text, at=self.now()))
+
+    def measure(  # noqa: PLR0913  each is a term of the verdict
+        self,
+        measured: Interval,
+        limits: Limits,
+        text: str,
+        *,
+        requirement: str = "",
+        since: When | None = None,
+    ) -> Verdict:
+        """Hold a measured span against limits, guard-banded."""
+        outcome = limits.check(measured)
+        verdict = Verdict(requirement, outcome, text, measured, limits, self.now())
+        return self.conclude(verdict, since)
+
+    def characteristic(self, requirement: str, text: str) -> None:
+        """Write down how this device does what the source leaves open."""
+        self.record(Verdict(requirement, Outcome.CHARACTERISTIC, text, at=self.now()))
+
+    def evidence(self, since: When | None) -> str:
+        """The frames since an instant (or the last ones), decoded, for a failure message."""
+        stop = len(self.trace)
+        origin = interval_of(since).earliest if since is not None else None
+        start = self.trace.index_at(origin) if origin is not None else stop - EVIDENCE_FRAMES
+        start = max(start, 0)
+        if stop <= start:
+            return "    (no frame was seen)"
+        if origin is None:
+            origin = self.trace.frame(start).at
+        node_id = self.parameters.node_id if self.parameters else None
+        from hil_tests.decode import show_frames  # noqa: PLC0415
+
+        return "\n".join(show_frames(self.trace, start, stop, node_id, origin))
+
+    def check_monitors(self) -> None:
+        """End the test now if a monitor has found something (for examples of a property).
+
+        Raises:
+            DeviceFailure, InconclusiveResult: what it found.
+        """
+        self.settle()
+        self._close_watch(off=False)
+        for verdict in self._found:
+            self.conclude(verdict)
+
+    # Looking.
+
+    def first(self, matcher: Matcher, after: When, until: int) -> Seen | None:
+        """The first matching frame asked for after something, waiting up to `until`."""
+        index = self._index_after(after)
+        since = interval_of(after).earliest
+        while True:
+            while index < len(self.trace):
+                seen = self.seen(index)
+                index += 1
+                if not seen.own and seen.wanted.latest >= since and matcher.accepts(seen.frame):
+                    return seen
+            if not self.pump(until) and self.now() >= until:
+                return None
+
+    def _index_after(self, after: When) -> int:
+        """Where in the trace frames later than something can begin."""
+        if isinstance(after, Seen):
+            return after.index + 1
+        return self.trace.index_at(interval_of(after).earliest)
+
+    def expect(
+        self,
+        matcher: Matcher,
+        *,
+        after: When,
+        within: int | Limits,
+        requirement: str = "",
+    ) -> Seen:
+        """A matching frame must be asked for within limits after something.
+
+        Args:
+            matcher: which frame.
+            after: the stimulus or frame from which time counts.
+            within: at most that many ns, or limits on both sides.
+            requirement: id, where it is not the first one of the test.
+
+        Raises:
+            DeviceFailure: missing, too early or too late.
+            InconclusiveResult: the doubt straddles a limit.
+        """
+        limits = within if isinstance(within, Limits) else Limits(at_most_ns=within)
+        bound = interval_of(after).latest + limits.at_most_ns
+        seen = self.first(matcher, after, bound + LOOK_ON_NS) or self._late(matcher, after, bound)
+        if seen is None:
+            return self._missing(matcher, after, limits, requirement)
+        measured = self.when(seen).since(self.when(after))
+        if limits.check(measured) is not Outcome.PASS:
+            self.settle()
+            measured = self.when(seen).since(self.when(after))
+        text = f"{matcher} after {_name(after)}"
+        self.measure(measured, limits, text, requirement=requirement, since=after)
+        return seen
+
+    def _late(self, matcher: Matcher, after: When, bound: int) -> Seen | None:
+        """A frame that a busy bus or a stalled host has kept back."""
+        give_up_at = self.now() + BUSY_PATIENCE_NS
+        while self.watch.quiet_from(self.now()) <= bound and self.now() < give_up_at:
+            if not self.pump(give_up_at):
+                break
+        self.settle()
+        return self.first(matcher, after, self.now())
+
+    def _missing(self, matcher: Matcher, after: When, limits: Limits, requirement: str) -> NoReturn:
+        waited = self.now() - interval_of(after).latest
+        known = self.watch.quiet_from(self.now()) > interval_of(after).latest + limits.at_most_ns
+        outcome = Outcome.FAIL if known else Outcome.INCONCLUSIVE
+        why = "" if known else " (the bus was never free)"
+        text = f"expected {matcher} after {_name(after)}; none came in {show_span(waited)}{why}"
+        verdict = Verdict(requirement, outcome, text, limits=limits, at=self.now())
+        self.conclude(verdict, after)
+        raise AssertionError(text)  # pragma: no cover - conclude never returns here
+
+    def never(
+        self, matcher: Matcher, *, after: When, for_ns: int, requirement: str = ""
+    ) -> None:
+        """No matching frame may be asked for in the span after something.
+
+        Raises:
+            DeviceFailure: one was, for certain.
+            InconclusiveResult: one was, but perhaps before the span began.
+        """
+        since = interval_of(after)
+        end = since.latest + for_ns
+        self.wait_until(end)
+        self.settle()
+        for seen in self.collect(matcher, after=after, until=end):
+            when = self.when(seen)
+            sure = when.earliest >= since.latest
+            outcome = Outcome.FAIL if sure else Outcome.INCONCLUSIVE
+            text = f"{seen.frame} came {show_span(when.latest - since.latest)} after {_name(after)}"
+            verdict = Verdict(requirement, outcome, f"{text}; none is allowed", at=seen.at)
+            self.conclude(verdict, after)
+        text = f"no {matcher} in {show_span(for_ns)} after {_name(after)}"
+        self.record(Verdict(requirement, Outcome.PASS, text, at=end))
+
+    def collect(self, matcher: Matcher, *, after: When, until: int) -> list[Seen]:
+        """The matching frames asked for after something and before `until`, as seen so far."""
+        since = interval_of(after).earliest
+        return [
+            seen
+            for seen in self.frames_seen(self._index_after(after))
+            if not seen.own
+            and since <= seen.wanted.latest
+            and seen.wanted.earliest <= until
+            and matcher.accepts(seen.frame)
+        ]
+
+    def beats(self, matcher: Matcher, count: int, *, after: When, patience_ns: int) -> list[Seen]:
+        """The next `count` matching frames; fewer where one stays away for `patience_ns`."""
+        found: list[Seen] = []
+        last: When = after
+        while len(found) < count:
+            begin = interval_of(last).latest
+            seen = self.first(matcher, last, begin + patience_ns)
+            if seen is None:
+                break
+            found.append(seen)
+            last = seen
+        self.settle()
+        return found
+
+    # Network management.
+
+    def nmt(self, command: Nmt | int, node_id: int | None = None) -> Seen:
+        """Send an NMT command, to the device or to `node_id` (0 = all)."""
+        return self.send(nmt_frame(command, self.node_id if node_id is None else node_id))
+
+    def shown_state(self, after: When, requirement: str = "") -> State:
+        """The state that the first heartbeat shows which is due after a command's effect.
+
+        Raises:
+            NotRun: the device sends no heartbeat.
+            DeviceFailure: none came, or it shows no state.
+        """
+        expected = self.watch.expected
+        if not expected.heartbeat_ns:
+            raise NotRun("the device is commissioned without heartbeat; its state cannot be seen")
+        settled = interval_of(after).latest + expected.command_ns
+        matcher = matchers.heartbeat(self.node_id)
+        patience_ns = expected.heartbeat_each.at_most_ns
+        seen = self.expect(
+            matcher,
+            after=Interval(settled, settled),
+            within=patience_ns,
+            requirement=requirement or "HB-01",
+        )
+        while self.when(seen).earliest <= settled:
+            seen = self.expect(matcher, after=seen, within=patience_ns, requirement="HB-01")
+        state = SHOWN.get(seen.frame.data[0]) if len(seen.frame.data) == 1 else None
+        if state is None:
+            self.fail(f"{seen.frame} shows no NMT state", requirement="HB-02", since=after)
+        return state
+
+    def expect_state(self, state: State, *, after: When, requirement: str = "") -> None:
+        """The heartbeat shows `state` once a command has had time to act."""
+        found = self.shown_state(after)
+        text = f"state {state} after {_name(after)}; the heartbeat shows {found}"
+        self.check(found is state, text, requirement=requirement, since=after)
+
+
+def _name(when: When) -> str:
+    """What a check counts from, for people."""
+    if isinstance(when, Seen):
+        return str(when.frame)
+    what = getattr(when, "what", None)
+    return f"{what} {dict(when.detail)}" if what else "the instant given"  # type: ignore[union-attr]
+
+

@@ -1,0 +1,63 @@
+"""What stands behind a bench: the virtual world, or a real bus with its drivers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Protocol
+
+from hil_tests.bench.action import (
+    BitRateDriver,
+    HealthDriver,
+    KeysDriver,
+    LedsDriver,
+    PowerDriver,
+)
+from hil_tests.bus.port import Port
+from node_model.frame import Frame
+
+if TYPE_CHECKING:
+    from hil_tests.config import Parameters
+
+
+class Stage(Protocol):
+    """The part of a bench that differs between virtual and real time.
+
+    A driver that is None is a facility that this bench does not have.
+    """
+
+    name: str
+    port: Port
+    power: PowerDriver | None
+    keys: KeysDriver | None
+    leds: LedsDriver | None
+    bitrate: BitRateDriver | None
+    health: HealthDriver | None
+
+    virtual: bool
+    """Time is virtual: waiting costs nothing, and every start can be had at will."""
+
+    exclusive: bool
+    """Nothing but the device and the tester is on the bus."""
+
+    writes_allowed: bool
+    """Tests may write the device's non-volatile memory."""
+
+    bit_rate: int
+    """At which the tester's end runs now, bit/s."""
+
+    def renew(self, parameters: Parameters) -> bool:
+        """A fresh device that is commissioned to `parameters`, without power.
+
+        Returns:
+            False where this stage cannot (a real one): the bench then commissions.
+        """
+
+    def load(self, frames: Sequence[Frame], share_ppm: int) -> bool:
+        """Load the bus with these frames from another station until the next renewal.
+
+        Returns:
+            False where this stage cannot load the bus to a known share.
+        """
+
+    def close(self) -> None:
+        """Leave everything as it was found; may be called twice."""

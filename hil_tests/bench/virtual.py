@@ -1,0 +1,243 @@
+"""The virtual stage: the bundled model on a bit-timed bus, in virtual time.
+
+Time goes on from world to world, so that a test has one continuous trace.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from hil_tests.bench.action import LedEdges
+from hil_tests.clock import MS, Interval, S, exactly
+from hil_tests.trace import BusEvent, Sighting
+from node_model.frame import Frame
+from node_model.keypad import Parameters as ModelParameters
+from node_model.keypad import Profile
+from node_model.load import Load
+from node_model.node import Panel
+from node_model.world import Controller, World
+
+if TYPE_CHECKING:
+    from hil_tests.config import Parameters
+
+T = TypeVar("T")
+
+PAUSE_NS = 1 * S
+"""Between two worlds."""
+
+LOAD_DEPTH = 4
+"""Mailboxes of a loading station: enough to never leave a gap."""
+
+
+class VirtualPort:
+    """The tester's end of the virtual wire."""
+
+    name = "virtual bus"
+    timed = True
+    clock = "virtual time, exact"
+    doubt_ns = 0
+
+    def __init__(self, world: World) -> None:
+        self.enter(world)
+
+    def enter(self, world: World) -> None:
+        """Sit at another wire from now on."""
+        self.world = world
+        self.tester = world.attach(None)
+
+    def now(self) -> int:
+        """Virtual time in ns."""
+        return self.world.now
+
+    def send(self, frame: Frame) -> None:
+        """Queue a frame."""
+        self.world.send(self.tester, frame)
+
+    def next(self, until: int, also: Sequence[int] = ()) -> Sighting | BusEvent | None:  # noqa: ARG002
+        """Run the world up to the next frame."""
+        found = self.world.next_frame(until)
+        if found is None:
+            return None
+        return Sighting(found[0], found[1], 0, found[2] is self.tester)
+
+    def set_bit_rate(self, bit_rate: int) -> None:
+        """The wire's bit rate; a device at another one is deaf and mute."""
+        self.world.set_bit_rate(bit_rate)
+
+    def close(self) -> None:
+        """Nothing to leave."""
+
+
+class Done(Generic[T]):
+    """An action that is done as soon as it is started, or after a span of virtual time."""
+
+    descriptors: Sequence[int] = ()
+
+    def __init__(self, do: Callable[[], T], after_ns: int = 0) -> None:
+        self._do = do
+        self._after_ns = after_ns
+        self.wake_at = 0
+
+    def start(self, now: int) -> None:
+        """Note when it is done."""
+        self.wake_at = now + self._after_ns
+
+    def poll(self, now: int) -> bool:
+        """Whether its time has come."""
+        return now >= self.wake_at
+
+    def result(self) -> T:
+        """Do it, now."""
+        return self._do()
+
+
+class VirtualStage:
+    """Power, keys and LEDs of a model, exact to the nanosecond.
+
+    Args:
+        make: builds the device from a profile; with a fault or a difference if asked.
+        profile: facts of the device for the model.
+        name: of the bench.
+    """
+
+    virtual = True
+    exclusive = True
+    writes_allowed = True
+    health = None
+    timed_sequences = False
+    sees_edges = True
+
+    def __init__(
+        self, make: Callable[[Profile], Panel], profile: Profile, name: str = "virtual"
+    ) -> None:
+        self._make = make
+        self._profile = profile
+        self.name = name
+        self.bit_rate = 0
+        self.port = VirtualPort(World())
+        self.power = self
+        self.keys = self
+        self.leds = self
+        self.bitrate = self
+        self._enter(profile, 0, profile.factory.bit_rate)
+
+    def _enter(self, profile: Profile, now: int, bit_rate: int) -> None:
+        world = World(bit_rate, now)
+        self.bit_rate = bit_rate
+        self.port.enter(world)
+        self.device = self._make(profile)
+        self.controller: Controller = world.attach(self.device)
+
+    def renew(self, parameters: Parameters) -> bool:
+        """A new world with a device that left the factory with these parameters."""
+        factory = ModelParameters(
+            parameters.node_id,
+            parameters.bit_rate_code,
+            parameters.heartbeat_ms,
+            parameters.sync_time,
+            parameters.debounce,
+        )
+        now = self.port.now() + PAUSE_NS
+        self._enter(replace(self._profile, factory=factory), now, parameters.bit_rate)
+        return True
+
+    def load(self, frames: Sequence[Frame], share_ppm: int) -> bool:
+        """A loading station joins."""
+        world = self.port.world
+        load = Load(frames, share_ppm, world.bit_rate)
+        world.act(world.attach(load, depth=LOAD_DEPTH), load.power_on)
+        return True
+
+    # Drivers.
+
+    def switch(self, on: bool) -> Done[Interval]:
+        """See PowerDriver."""
+        return Done(lambda: self._act(self.device.power_on if on else self.device.power_off))
+
+    def hold(self, held: frozenset[str]) -> Done[Interval]:
+        """See KeysDriver."""
+        return Done(lambda: self._act(lambda now: self.device.hold(held, now)))
+
+    def sequence(self, steps: Sequence[tuple[int, frozenset[str]]]) -> Done[Sequence[Interval]]:
+        """Not needed: the bench steps through a sequence exactly."""
+        raise NotImplementedError("a virtual bench plays sequences step by step")
+
+    def _act(self, verb: Callable[[int], Sequence[Frame]]) -> Interval:
+        world = self.port.world
+        world.act(self.controller, verb)
+        return exactly(world.now)
+
+    def set(self, bit_rate: int) -> Done[Interval]:
+        """See BitRateDriver."""
+
+        def change() -> Interval:
+            self.port.set_bit_rate(bit_rate)
+            return exactly(self.port.now())
+
+        return Done(change)
+
+    def read(self) -> Done[Mapping[str, str]]:
+        """See LedsDriver: watches for three blink periods."""
+        span_ns = 3 * (self._profile.blink_on_ns + self._profile.blink_off_ns)
+        return Watching(self, span_ns, _as_an_eye)
+
+    def watch(self, for_ns: int) -> Done[LedEdges]:
+        """See LedsDriver."""
+        return Watching(self, for_ns, lambda edges: edges)
+
+    def close(self) -> None:
+        """Nothing to leave."""
+
+
+class Watching(Done[T]):
+    """Looks at the LEDs of a model for a span of virtual time, change by change."""
+
+    def __init__(self, stage: VirtualStage, for_ns: int, judge: Callable[[LedEdges], T]) -> None:
+        super().__init__(lambda: judge(self._edges()), for_ns)
+        self._stage = stage
+        self._ends_at = 0
+        self._began_at = 0
+        self._start: dict[str, bool] = {}
+        self._last: dict[str, bool] = {}
+        self._found: list[tuple[Interval, str, bool]] = []
+
+    def start(self, now: int) -> None:
+        """Begin to look."""
+        self._began_at = now
+        self._ends_at = now + self._after_ns
+        self._start = self._lights(now)
+        self._last = dict(self._start)
+        self.wake_at = self._next(now)
+
+    def _lights(self, now: int) -> dict[str, bool]:
+        device = self._stage.device
+        return {led: device.lit(led, now) for led in device.leds}
+
+    def _next(self, now: int) -> int:
+        """Look again at the next change, and every ms, in case an input changed a lamp."""
+        change = self._stage.device.lamp_change(now)
+        return min(now + MS, self._ends_at, self._ends_at if change is None else change)
+
+    def poll(self, now: int) -> bool:
+        """Note what has changed."""
+        lights = self._lights(now)
+        for led, lit in lights.items():
+            if lit != self._last[led]:
+                self._found.append((exactly(now), led, lit))
+        self._last = lights
+        self.wake_at = self._next(now)
+        return now >= self._ends_at
+
+    def _edges(self) -> LedEdges:
+        return LedEdges(Interval(self._began_at, self._ends_at), self._start, self._found)
+
+
+def _as_an_eye(edges: LedEdges) -> Mapping[str, str]:
+    """An LED that changes blinks; another is what it was."""
+    blinking = {led for _, led, _ in edges.edges}
+    return {
+        led: "blink" if led in blinking else "on" if lit else "off"
+        for led, lit in edges.start.items()
+    }
