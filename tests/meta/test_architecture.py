@@ -9,6 +9,7 @@ import ast
 import re
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -65,6 +66,24 @@ def test_every_import_contract_is_kept() -> None:
     command = [str(Path(sys.executable).with_name("lint-imports")), "--no-cache"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_every_part_of_hil_tests_stands_in_a_contract() -> None:
+    """A new module or package says what it may import; the api re-exports, so it may name all."""
+    config = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+    contracts = config["tool"]["importlinter"]["contracts"]
+    named = {
+        module
+        for contract in contracts
+        for module in (*contract.get("source_modules", ()), *contract.get("protected_modules", ()))
+    }
+    parts = {
+        f"hil_tests.{path.stem}"
+        for path in (ROOT / "hil_tests").iterdir()
+        if path.suffix == ".py" or (path / "__init__.py").is_file()
+    }
+    free = {"hil_tests.__init__", "hil_tests.__main__", "hil_tests.api"}
+    assert parts - named - free == set()
 
 
 @pytest.mark.parametrize("module", modules(*SOURCES))
