@@ -7,6 +7,7 @@ sends and hears, and keeps what travels. Effects count frames, they never throw 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from heapq import heappop, heappush
 
 from node_model.frame import MAX_DATA_BYTES, Frame
@@ -14,6 +15,11 @@ from node_model.node import MS, NOTHING, Frames, Node, Panel, earliest
 
 Travel = Iterable[tuple[int, Frame]]
 """Frames and the instants at which each of them arrives."""
+
+
+def base_of(frame: Frame) -> int:
+    """COB-ID without the node id: the service of the predefined connection set."""
+    return frame.can_id & 0x780
 
 
 class Effect:
@@ -110,7 +116,7 @@ class Corrupt(Effect):
         """Invert it; a frame without data is spared."""
         data = frame.data
         if data:
-            frame = Frame(frame.can_id, bytes((data[0] ^ self.bit, *data[1:])))
+            frame = replace(frame, data=bytes((data[0] ^ self.bit, *data[1:])))
         return ((now, frame),)
 
 
@@ -118,10 +124,12 @@ class WrongLength(Effect):
     """A zero byte too many; of eight bytes the last is cut off."""
 
     def change(self, frame: Frame, now: int) -> Travel:
-        """Longer, or where that cannot be shorter."""
+        """Longer, or where that cannot be shorter; a remote frame is spared."""
         data = frame.data
-        longer = data[:-1] if len(data) == MAX_DATA_BYTES else data + b"\0"
-        return ((now, Frame(frame.can_id, longer)),)
+        if not frame.remote:
+            longer = data[:-1] if len(data) == MAX_DATA_BYTES else data + b"\0"
+            frame = replace(frame, data=longer, dlc=-1)
+        return ((now, frame),)
 
 
 class AsRemote(Effect):
@@ -129,7 +137,7 @@ class AsRemote(Effect):
 
     def change(self, frame: Frame, now: int) -> Travel:
         """The data is lost."""
-        return ((now, Frame(frame.can_id, remote=True, dlc=frame.dlc)),)
+        return ((now, replace(frame, data=b"", remote=True)),)
 
 
 class AsExtended(Effect):
@@ -137,7 +145,7 @@ class AsExtended(Effect):
 
     def change(self, frame: Frame, now: int) -> Travel:
         """Same number, other format."""
-        return ((now, Frame(frame.can_id, frame.data, extended=True)),)
+        return ((now, replace(frame, extended=True)),)
 
 
 class WrongRate(Effect):

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from node_model.debounce import Debouncer
-from node_model.emcy import GENERIC_ERROR, HARDWARE_ERROR, emcy_frame
-from node_model.faults.link import Delay, Slow
+from node_model.emcy import EMCY_BASE, GENERIC_ERROR, HARDWARE_ERROR, emcy_frame
+from node_model.faults.link import Delay, Slow, base_of
 from node_model.faults.parts import Deviation
 from node_model.frame import Frame
 from node_model.heartbeat import HeartbeatProducer
@@ -124,7 +124,7 @@ class EmcyAfterPause(Delay, Deviation):
 
     def picks(self, frame: Frame) -> bool:
         """EMCY only."""
-        return frame.can_id & 0x780 == 0x080
+        return base_of(frame) == EMCY_BASE
 
 
 class EmcyAfterResetCommunication(Operation, Deviation):
@@ -207,7 +207,7 @@ class KeyFrameAfterPause(Delay, Deviation):
 
     def picks(self, frame: Frame) -> bool:
         """Key frames only."""
-        return frame.can_id & 0x780 == KEY_BASE
+        return base_of(frame) == KEY_BASE
 
 
 class KeyChangesInSeveralFrames(Operation, Deviation):
@@ -295,7 +295,7 @@ class SlowLeds(Slow, Deviation):
 
     def picks(self, frame: Frame) -> bool:
         """LED frames only."""
-        return frame.can_id & 0x780 in {STEADY_BASE, BLINK_BASE}
+        return base_of(frame) in {STEADY_BASE, BLINK_BASE}
 
 
 class BlinkRestartsWithMap(Operation, Deviation):

@@ -1,8 +1,34 @@
 """Keypads with one fault each, by the requirement that they violate."""
 
-from node_model.faults.mutants import heartbeat, start
+from node_model.faults.mutants import (
+    commissioning,
+    debounce,
+    echo,
+    heartbeat,
+    keys,
+    leds,
+    light,
+    memory,
+    nmt,
+    request,
+    robustness,
+    start,
+)
 from node_model.faults.parts import Fault
 
-FAULTS: tuple[type[Fault], ...] = (*start.FAULTS, *heartbeat.FAULTS)
+FAULTS: tuple[type[Fault], ...] = (
+    *commissioning.FAULTS,
+    *request.FAULTS,
+    *echo.FAULTS,
+    *memory.FAULTS,
+    *start.FAULTS,
+    *nmt.FAULTS,
+    *heartbeat.FAULTS,
+    *debounce.FAULTS,
+    *keys.FAULTS,
+    *leds.FAULTS,
+    *light.FAULTS,
+    *robustness.FAULTS,
+)
 
 __all__ = ["FAULTS"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from node_model.emcy import EMCY_BASE
-from node_model.faults.link import Drop, Duplicate
+from node_model.faults.link import Drop, Duplicate, base_of
 from node_model.faults.parts import Fault
 from node_model.frame import Frame
 from node_model.heartbeat import HEARTBEAT_BASE, HeartbeatProducer
@@ -23,7 +23,7 @@ def just_outside(period_ns: int) -> int:
 
 def is_beat(frame: Frame) -> bool:
     """A heartbeat, not a boot-up."""
-    return frame.can_id & 0x780 == HEARTBEAT_BASE and frame.data != b"\0"
+    return base_of(frame) == HEARTBEAT_BASE and frame.data != b"\0"
 
 
 class HeartbeatTooSlow(Operation, Fault):
