@@ -143,7 +143,7 @@ class BitRate:
         program = shutil.which("ip")
         if program is None:
             raise BenchError(f"the program 'ip' (iproute2) is missing; by hand: {by_hand}")
-        done = subprocess.run(  # noqa: S603 - fixed program, no shell, names the user's interface
+        done = subprocess.run(
             [program, *arguments],
             capture_output=True,
             text=True,

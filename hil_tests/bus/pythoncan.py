@@ -26,7 +26,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from hil_tests.bus.lock import ChannelLock
-from hil_tests.bus.stamps import Follower, StepWatch
+from hil_tests.bus.stamps import Follower, StepWatch, patience_ns
 from hil_tests.clock import MS, US, S, show_span
 from hil_tests.errors import BenchError, BusUnavailable
 from hil_tests.trace import BusEvent, EventKind, Sighting
@@ -170,10 +170,10 @@ class PythonCanPort:
                 self._checked_at = now
                 self._check_clock(now)
                 continue
-            wait_ns = max(until - now, 0)
+            wait_ns = patience_ns(until - now)
             if self._fd is not None:
                 ready = select.select([self._fd, *also], [], [], wait_ns / S)[0]
-                if self._fd not in ready:
+                if self._fd not in ready and (ready or now + wait_ns >= until):
                     return None
                 continue
             # No descriptor: wait inside python-can, in slices if others must be watched.

@@ -23,7 +23,7 @@ from collections.abc import Sequence
 from hil_tests.bus import link, rawcan
 from hil_tests.bus.errorframes import error_event
 from hil_tests.bus.lock import ChannelLock
-from hil_tests.bus.stamps import Follower, StepWatch
+from hil_tests.bus.stamps import Follower, StepWatch, patience_ns
 from hil_tests.clock import MS, US, S, show_span
 from hil_tests.errors import BusUnavailable
 from hil_tests.trace import BusEvent, EventKind, Sighting
@@ -137,6 +137,8 @@ class SocketCanPort:
         while True:
             if self._ready:
                 return self._ready.popleft()
+            if self._gone:
+                self._check_open()
             found = self._receive()
             if found is not None:
                 return found
@@ -147,9 +149,9 @@ class SocketCanPort:
                 if self._ready:
                     continue
             # select, not poll or epoll: those wait in whole milliseconds.
-            wait_ns = max(until - now, 0)
+            wait_ns = patience_ns(until - now)
             ready = select.select([self._fd, *also], [], [], wait_ns / S)[0]
-            if self._fd not in ready:
+            if self._fd not in ready and (ready or now + wait_ns >= until):
                 return None
 
     def set_bit_rate(self, bit_rate: int) -> None:

@@ -18,8 +18,23 @@ FOLLOW_NS = 10 * S
 STEP_NS = 10 * MS
 """A change of the clock's offset that no slewing explains (NTP slews at most 500 ppm)."""
 
+_LONG_NS = 5 * MS
+_SLACK_SHARE = 500
+
 _SLEW_SHARE = 1000
 """Allowed drift is elapsed time / 1000, twice the most that the kernel slews."""
+
+
+def patience_ns(left_ns: int) -> int:
+    """How long to wait in `select` so as not to wake up late.
+
+    Linux may serve a time-out of select, poll or epoll late by a thousandth of its length
+    (fs/select.c, select_estimate_accuracy), 1 ms in a second. So a long wait is made in
+    two: nearly all of it, then the rest.
+    """
+    if left_ns <= _LONG_NS:
+        return max(left_ns, 0)
+    return left_ns - left_ns // _SLACK_SHARE
 
 
 class Follower:

@@ -62,6 +62,7 @@ class ControlSession:
         self._waiting: deque[tuple[int, str]] = deque()
         self._answers: dict[int, Answer] = {}
         self._last_id = 0
+        self._ended = False
         self._broken: ControlError | None = None
 
     # Once a run.
@@ -162,7 +163,11 @@ class ControlSession:
             self._check()
             self._write()
             self._read()
-        return self._answers.pop(ident, None)
+        answer = self._answers.pop(ident, None)
+        if answer is None and self._ended:
+            rest = f" after {_short(bytes(self._unread))}" if self._unread else ""
+            self._fail(f"it hung up on {self._oldest()}{rest}; look at its log")
+        return answer
 
     def stalled(self, ident: int) -> NoReturn:
         """The time for that answer is over.
@@ -216,11 +221,9 @@ class ControlSession:
             except OSError as error:
                 self._fail(f"it hung up on {self._oldest()} ({error}); look at its log")
             if not data:
-                self._lines()
-                if self._waiting:
-                    rest = f" after {_short(bytes(self._unread))}" if self._unread else ""
-                    self._fail(f"it hung up on {self._oldest()}{rest}; look at its log")
-                self._fail("it hung up; look at its log")
+                # What it said before it hung up still counts.
+                self._ended = True
+                break
             self._unread += data
             self._lines()
 

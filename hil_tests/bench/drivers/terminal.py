@@ -210,6 +210,6 @@ def ask_done(terminal: Terminal, text: str) -> Action[Interval]:
     """Something to do by hand; the result is the interval in which it was done."""
 
     def read(line: str, asked: Interval) -> Interval | None:
-        return asked if line.lower() in {"d", "done", "y", "yes"} else None
+        return asked if line.lower() in {"", "d", "done", "y", "yes"} else None
 
-    return Question(terminal, f"{text}, then type done", read, "Type done or cancel:")
+    return Question(terminal, f"{text}, then press Enter", read, "Press Enter or type cancel:")
