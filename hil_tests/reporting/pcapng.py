@@ -24,6 +24,7 @@ from hil_tests.trace import Entry, Sighting
 
 __all__ = ["Mark", "PcapngSink", "read_pcapng"]
 
+_JOURNAL_TEXT = "what the bench did and saw, and verdicts"
 _BUFFER_BYTES = 1 << 18
 _MOST_INTERFACES = 16
 """A port knows a few doubts; one interface for each costs a frame nothing."""
@@ -81,11 +82,15 @@ class PcapngSink:
             self._file = path.open("wb", buffering=0 if flush else _BUFFER_BYTES)
         except OSError as error:
             raise self._lost(error) from error
-        self._put(
-            layout.section()
-            + layout.interface(layout.CAN_SOCKETCAN, interface, clock)
-            + layout.interface(layout.UPPER_PDU, journal.INTERFACE, "what the bench did and saw")
-        )
+        try:
+            self._put(
+                layout.section()
+                + layout.interface(layout.CAN_SOCKETCAN, interface, clock)
+                + layout.interface(layout.UPPER_PDU, journal.INTERFACE, _JOURNAL_TEXT)
+            )
+        except BenchError:
+            self._file.close()
+            raise
 
     def __enter__(self) -> Self:
         return self
