@@ -47,13 +47,14 @@ class Beacon:
     def advance(self, now: int) -> Frames:
         """The beats that are due."""
         producer = self._producer
-        due = producer.due_at
-        if due is None or now < due:
+        if producer.due_at is None or now < producer.due_at:
             return NOTHING
         producer.beat()
-        if producer.due_at is not None and now >= producer.due_at:
-            return (*self._beats, *self.advance(now))
-        return self._beats
+        frames = self._beats
+        while producer.due_at <= now:
+            producer.beat()
+            frames = (*frames, *self._beats)
+        return frames
 
     def deadline(self) -> int | None:
         """The next beat."""

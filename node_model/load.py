@@ -65,15 +65,22 @@ class Load:
         due = self._due_at
         if due is None or now < due:
             return NOTHING
+        frames, due = self._request(due)
+        while due <= now:
+            more, due = self._request(due)
+            frames = (*frames, *more)
+        self._due_at = due
+        return frames
+
+    def _request(self, due: int) -> tuple[Frames, int]:
+        """The frame that is due, and when the next one is."""
         turn = self._turn
         span = self._spans[turn]
         if not self._even:
             self._state = (self._state * _MULTIPLIER + _INCREMENT) % _MODULUS
             span = span * (self._state >> 44) >> 19
-        self._due_at = due + span + (not span)
         self._turn = (turn + 1) % len(self._frames)
-        frames: Frames = self._frames[turn]
-        return frames if self._due_at > now else (*frames, *self.advance(now))
+        return self._frames[turn], due + span + (not span)
 
     def deadline(self) -> int | None:
         """The next request."""

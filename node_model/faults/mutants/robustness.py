@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from node_model.emcy import EMCY_BASE, emcy_frame
 from node_model.faults.link import AsExtended, AsRemote, Corrupt, WrongLength, WrongRate, base_of
+from node_model.faults.mutants.heartbeat import is_beat
 from node_model.faults.parts import Fault
 from node_model.frame import MAX_DATA_BYTES, Frame
 from node_model.heartbeat import HEARTBEAT_BASE
@@ -341,7 +342,7 @@ class HeartbeatsAreRemote(AsRemote, Fault):
 
     def picks(self, frame: Frame) -> bool:
         """Heartbeats, not boot-up."""
-        return base_of(frame) == HEARTBEAT_BASE and frame.data != b"\0"
+        return is_beat(frame)
 
 
 class EverythingExtended(AsExtended, Fault):

@@ -1,0 +1,104 @@
+"""A record survives a power cut at every instant of storing."""
+
+from __future__ import annotations
+
+import pytest
+
+from node_model.frame import crc15
+from node_model.storage import MARK, RecordStore
+
+OLD, NEW = b"older!", b"newer!"
+BYTE_NS = 10
+
+
+def stored(image: bytes, record: bytes, until: int | None = None) -> bytes:
+    """The memory after `record` was stored into it from 0 on, cut off after `until` ns."""
+    store = RecordStore(len(record), image, BYTE_NS)
+    store.save(record, 0)
+    while store.due_at is not None and (until is None or store.due_at <= until):
+        store.advance(store.due_at)
+    store.cut()
+    assert store.due_at is None
+    return bytes(store.memory)
+
+
+def test_a_blank_memory_holds_no_record() -> None:
+    """Neither fresh nor erased memory is mistaken for a record."""
+    assert RecordStore(6).load() is None
+    assert RecordStore(6, b"\xff" * 22).load() is None
+
+
+def test_an_image_of_another_length_counts_as_blank() -> None:
+    """A memory of another device is not read."""
+    image = stored(b"", OLD)
+    assert RecordStore(6, image[:-1]).load() is None
+
+
+def test_a_record_is_there_once_its_last_byte_is_written() -> None:
+    """Twelve bytes: the mark cleared, sequence 2, record 6, check 2, the mark set."""
+    store = RecordStore(6, b"", BYTE_NS)
+    store.save(OLD, 1000)
+    assert store.due_at == 1010
+    store.advance(1119)
+    assert store.load() is None
+    store.advance(1120)
+    assert store.load() == OLD
+    assert store.due_at is None
+    assert store.memory[0] == MARK
+
+
+@pytest.mark.parametrize("earlier", range(1, 5))
+def test_a_power_cut_after_each_byte_leaves_old_or_new(earlier: int) -> None:
+    """Whatever slot it falls into: the old record until the last byte, then the new one."""
+    image = b""
+    for _ in range(earlier):
+        image = stored(image, OLD)
+
+    for count in range(12):
+        cut_off = stored(image, NEW, until=count * BYTE_NS)
+        assert RecordStore(6, cut_off).load() == OLD, f"after {count} bytes"
+        again = stored(cut_off, NEW)
+        assert RecordStore(6, again).load() == NEW, f"stored again after {count} bytes"
+    assert RecordStore(6, stored(image, NEW, until=12 * BYTE_NS)).load() == NEW
+
+
+def test_a_power_cut_in_the_first_storing_leaves_nothing() -> None:
+    """Without an old record there is none until the new one is complete."""
+    for count in range(12):
+        assert RecordStore(6, stored(b"", NEW, until=count * BYTE_NS)).load() is None
+
+
+def test_one_wrong_bit_makes_a_slot_unreadable() -> None:
+    """The check sequence finds it; the older record in the other slot is read."""
+    image = bytearray(stored(stored(b"", OLD), NEW))
+    assert RecordStore(6, bytes(image)).load() == NEW
+    image[11 + 4] ^= 0x01
+    assert RecordStore(6, bytes(image)).load() == OLD
+
+
+def sealed(sequence: int, record: bytes) -> bytes:
+    """A complete slot."""
+    body = sequence.to_bytes(2, "big") + record
+    return bytes((MARK,)) + body + crc15(int.from_bytes(body, "big"), 64).to_bytes(2, "big")
+
+
+def test_the_newest_record_is_found_when_the_sequence_wraps() -> None:
+    """After 65535 comes 0: still the newer one, and the next one goes over the other."""
+    store = RecordStore(6, sealed(0xFFFF, OLD) + sealed(0, NEW), BYTE_NS)
+    assert store.load() == NEW
+
+    store.save(b"newest", 0)
+    store.advance(1000)
+
+    assert store.memory == sealed(1, b"newest") + sealed(0, NEW)
+    assert store.load() == b"newest"
+
+
+def test_saving_again_before_the_end_starts_over() -> None:
+    """The second record is the one that stays."""
+    store = RecordStore(6, b"", BYTE_NS)
+    store.save(OLD, 0)
+    store.advance(50)
+    store.save(NEW, 55)
+    store.advance(10_000)
+    assert store.load() == NEW
