@@ -84,7 +84,7 @@ def test_what_was_held_at_the_start_is_settled() -> None:
     assert keys.due_at is None
 
 
-@settings(derandomize=True, deadline=None, max_examples=60, database=None)
+@settings(max_examples=60)
 @given(st.lists(st.tuples(st.integers(1, 150), st.integers(0, 7)), max_size=30))
 def test_settled_state_follows_from_the_edges_alone(edges: list[tuple[int, int]]) -> None:
     """Key by key: the settled state is the last one that lasted for the debounce time.

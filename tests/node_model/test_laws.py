@@ -108,7 +108,7 @@ SCRIPTS = st.builds(lambda start, rest: (*start, *rest), STARTS, STEPS)
 
 
 @pytest.mark.parametrize("name", NODES)
-@settings(max_examples=8, derandomize=True, deadline=None, database=None)
+@settings(max_examples=8)
 @given(script=SCRIPTS)
 def test_a_node_depends_on_its_inputs_alone_and_never_on_its_host(
     name: str, script: tuple[Step, ...]
