@@ -18,7 +18,7 @@ import socket
 import sys
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from hil_tests.bus import link, rawcan
 from hil_tests.bus.errorframes import error_event
@@ -49,13 +49,22 @@ class SocketCanPort:
     Args:
         channel: name of the interface, e.g. "can0".
         bit_rate: rate in bit/s to run a real interface at; None = as it is.
+        make_socket: makes the raw socket; for tests.
 
     Raises:
         BusUnavailable: no such interface, it is down, in use, or no AF_CAN here.
         BenchError: the bit rate cannot be set.
     """
 
-    def __init__(self, channel: str, bit_rate: int | None = None) -> None:
+    send_limit_ns = SEND_LIMIT_NS
+    """How long `send` waits where the queue is full."""
+
+    def __init__(
+        self,
+        channel: str,
+        bit_rate: int | None = None,
+        make_socket: Callable[[], socket.socket] = rawcan.raw_socket,
+    ) -> None:
         self.name = f"{channel} (socketcan)"
         self._channel = channel
         self._gone = ""
@@ -68,7 +77,7 @@ class SocketCanPort:
         self._rate: link.BitRate | None = None
         self._lock = ChannelLock("socketcan", channel)
         try:
-            self._socket = rawcan.raw_socket()
+            self._socket = make_socket()
         except BaseException:
             self._lock.release()
             raise
@@ -110,7 +119,7 @@ class SocketCanPort:
         return time.time_ns()
 
     def send(self, frame: Frame) -> None:
-        """Queue a frame; waits at most `SEND_LIMIT_NS` where the queue is full."""
+        """Queue a frame; waits at most `send_limit_ns` where the queue is full."""
         self._check_open()
         raw = rawcan.pack(frame)
         limit = 0
@@ -124,10 +133,10 @@ class SocketCanPort:
             # A full queue of the interface (ENOBUFS) does not show in select; retry.
             select.select([], [], [], _SEND_RETRY_S)
             now = time.monotonic_ns()
-            limit = limit or now + SEND_LIMIT_NS
+            limit = limit or now + self.send_limit_ns
             if now >= limit:
                 raise BusUnavailable(
-                    f"{self.name} took no frame for {show_span(SEND_LIMIT_NS)}: nothing "
+                    f"{self.name} took no frame for {show_span(self.send_limit_ns)}: nothing "
                     "acknowledges on the bus, or it is bus-off; check wiring, termination "
                     f"and bit rate (ip -details -statistics link show {self._channel})"
                 )
