@@ -24,6 +24,7 @@ OUTCOMES = (
     "passed",
     "failed",
     "observation",
+    "characteristic",
     "inconclusive",
     "not run",
     "not applicable",

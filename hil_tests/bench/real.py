@@ -1,0 +1,204 @@
+"""The real stage: a port on a real bus, and the drivers that the bench file names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack, suppress
+from typing import TYPE_CHECKING
+
+from hil_tests.bench.action import (
+    BitRateDriver,
+    HealthDriver,
+    KeysDriver,
+    LedsDriver,
+    PowerDriver,
+)
+from hil_tests.bench.drivers.command import CommandPower
+from hil_tests.bench.drivers.control import (
+    ControlBitRate,
+    ControlHealth,
+    ControlKeys,
+    ControlLeds,
+    ControlPower,
+)
+from hil_tests.bench.drivers.operator import OperatorKeys, OperatorLeds, OperatorPower
+from hil_tests.bench.drivers.peer import ControlSession
+from hil_tests.bench.drivers.terminal import Terminal, ask_done
+from hil_tests.bus.port import Port
+from hil_tests.clock import Interval
+from hil_tests.errors import BenchError, ControlError
+from node_model.frame import Frame
+
+if TYPE_CHECKING:
+    from hil_tests.bench.action import Action
+    from hil_tests.config import BenchFile, DeviceProfile, Parameters
+
+
+class RealStage:
+    """A bus and what moves the device on it. Built empty; `fit` adds the facilities.
+
+    Args:
+        name: of the bench.
+        port: the tester's end.
+        bit_rate: at which it runs, bit/s.
+        exclusive: nothing else lives on the bus.
+        writes_allowed: non-volatile memory may be written.
+        leave: closes what stands behind it, last opened first.
+    """
+
+    virtual = False
+
+    def __init__(  # noqa: PLR0913  the facts of a bench
+        self,
+        name: str,
+        port: Port,
+        bit_rate: int,
+        *,
+        exclusive: bool,
+        writes_allowed: bool,
+        leave: ExitStack,
+    ) -> None:
+        self.name = name
+        self.port = port
+        self.bit_rate = bit_rate
+        self.exclusive = exclusive
+        self.writes_allowed = writes_allowed
+        self.power: PowerDriver | None = None
+        self.keys: KeysDriver | None = None
+        self.leds: LedsDriver | None = None
+        self.bitrate: BitRateDriver | None = None
+        self.health: HealthDriver | None = None
+        self._leave = leave
+
+    def renew(self, parameters: Parameters) -> bool:  # noqa: ARG002  the stage's verb
+        """A real device is what it is: the bench commissions it."""
+        return False
+
+    def load(self, frames: Sequence[Frame], share_ppm: int) -> bool:  # noqa: ARG002
+        """A tester's adapter cannot hold a known share of a bus."""
+        return False
+
+    def close(self) -> None:
+        """Close everything, in reverse order."""
+        self._leave.close()
+
+
+class InterfaceBitRate:
+    """Sets the bit rate on the adapter itself."""
+
+    def __init__(self, port: Port) -> None:
+        self._port = port
+
+    def set(self, bit_rate: int) -> Action[Interval]:
+        """See BitRateDriver."""
+        return _Immediate(self._port, lambda: self._port.set_bit_rate(bit_rate))
+
+
+class OperatorBitRate:
+    """Asks a person to set the adapter's bit rate."""
+
+    def __init__(self, terminal: Terminal) -> None:
+        self._terminal = terminal
+
+    def set(self, bit_rate: int) -> Action[Interval]:
+        """See BitRateDriver."""
+        return ask_done(self._terminal, f"Set the CAN adapter to {bit_rate} bit/s")
+
+
+class _Immediate:
+    """An action that is done while it starts."""
+
+    descriptors: Sequence[int] = ()
+    wake_at = 0
+
+    def __init__(self, port: Port, do: Callable[[], None]) -> None:
+        self._port = port
+        self._do = do
+        self._when = Interval(0, 0)
+
+    def start(self, now: int) -> None:
+        """Do it."""
+        self._do()
+        self._when = Interval(now, self._port.now())
+
+    def poll(self, now: int) -> bool:  # noqa: ARG002  the verb of an action
+        """It is done."""
+        return True
+
+    def result(self) -> Interval:
+        """When it was done."""
+        return self._when
+
+
+def fit_control(stage: RealStage, session: ControlSession, facilities: Sequence[str], leds: Sequence[str]) -> None:  # noqa: E501
+    """Give the stage the facilities that a control server serves.
+
+    Raises:
+        ControlError: the server lacks one of them.
+    """
+    needs = {"bitrate": "bus"}
+    session.require(*(needs.get(name, name) for name in facilities))
+    makers: Mapping[str, Callable[[], object]] = {
+        "power": lambda: ControlPower(session),
+        "keys": lambda: ControlKeys(session),
+        "leds": lambda: ControlLeds(session, leds),
+        "bitrate": lambda: ControlBitRate(session),
+    }
+    for name in facilities:
+        setattr(stage, name, makers[name]())
+    if "health" in session.can:
+        stage.health = ControlHealth(session)
+
+
+def fit_from_file(
+    stage: RealStage,
+    file: BenchFile,
+    profile: DeviceProfile,
+    session: ControlSession | None,
+    terminal: Terminal,
+) -> None:
+    """Give the stage the facilities that a bench file describes.
+
+    Raises:
+        BenchError: a driver cannot be had.
+    """
+    controlled = [
+        name for name in file.facilities if getattr(file, name).driver == "control"
+    ]
+    if controlled:
+        if session is None:
+            raise BenchError(f"{file.path}: {', '.join(controlled)} need a [control] address")
+        fit_control(stage, session, controlled, list(profile.led_bits))
+    if file.power and file.power.driver == "command":
+        stage.power = CommandPower(
+            list(file.power.on or ()), list(file.power.off or ()), stage.port.now
+        )
+    asked: Mapping[str, Callable[[], object]] = {
+        "power": lambda: OperatorPower(terminal),
+        "keys": lambda: OperatorKeys(terminal),
+        "leds": lambda: OperatorLeds(terminal, list(profile.led_bits)),
+        "bitrate": lambda: OperatorBitRate(terminal),
+    }
+    for name in file.facilities:
+        if getattr(file, name).driver == "operator":
+            setattr(stage, name, asked[name]())
+    if file.bitrate and file.bitrate.driver == "interface":
+        stage.bitrate = InterfaceBitRate(stage.port)
+
+
+def keep_power(stage: RealStage, session: ControlSession | None, leave: ExitStack) -> None:
+    """At the end leave the supply as it was found, where the control server tells."""
+    if session is None or not isinstance(stage.power, ControlPower):
+        return
+    try:
+        found = session.ask({"do": "state"}).get("power")
+    except ControlError:
+        return  # a server need not support it
+    if isinstance(found, bool):
+        leave.callback(_restore_power, session, found)
+
+
+def _restore_power(session: ControlSession, on: bool) -> None:
+    """Best effort: a server that is gone by now was reported when it went."""
+    with suppress(ControlError):
+        session.ask({"do": "power", "on": on})

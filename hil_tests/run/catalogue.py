@@ -1,0 +1,16 @@
+"""Lists for people: the mutants and variants that can be put under test."""
+
+from __future__ import annotations
+
+
+def mutant_table() -> str:
+    """Every faulty and every different model, a line each."""
+    from node_model.faults import MUTANTS, VARIANTS  # noqa: PLC0415 - on demand
+
+    lines = ["faulty models (--can-mutant NAME):"]
+    for name, mutant in MUTANTS.items():
+        lines.append(f"  {name:36s} {', '.join(mutant.violates):16s} {mutant.text}")
+    lines.append("conforming models that are different:")
+    for name, variant in VARIANTS.items():
+        lines.append(f"  {name:36s} {'':16s} {variant.text}")
+    return "\n".join(lines)

@@ -1,0 +1,249 @@
+"""The options of the plugin: one table for command line, environment and ini file.
+
+Precedence: command line, environment, ini, bench file, built-in default. Every value
+remembers where it came from, and the header of a run says so.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+
+PREFIX = "nodeproof_"
+_YES = frozenset(("1", "yes", "true", "on"))
+_NO = frozenset(("0", "no", "false", "off", ""))
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """One option.
+
+    Args:
+        name: on the command line, without dashes, e.g. "can-iface".
+        help: for a bench technician.
+        metavar: what stands behind it; "" = a switch.
+        kind: "text", "int", "switch" or "list".
+        choices: the only values; () = any.
+        default: where nobody says anything.
+    """
+
+    name: str
+    help: str
+    metavar: str = ""
+    kind: str = "text"
+    choices: tuple[str, ...] = ()
+    default: Any = None
+
+    @property
+    def dest(self) -> str:
+        """Its attribute in pytest's options."""
+        return PREFIX + self.name.replace("-", "_")
+
+    @property
+    def key(self) -> str:
+        """Its key in an ini file and in the settings."""
+        return self.name.replace("-", "_")
+
+    @property
+    def variable(self) -> str:
+        """Its environment variable."""
+        return f"NODEPROOF_{self.key.upper()}"
+
+
+OPTIONS = (
+    Option(
+        "can-iface",
+        "CAN channel to test on, e.g. vcan0, can0, PCAN_USBBUS1; left out: model and bus in"
+        " virtual time, no hardware needed",
+        "NAME",
+    ),
+    Option(
+        "can-interface",
+        "kind of CAN adapter, in python-can's words: socketcan, pcan, kvaser, udp_multicast ...",
+        "TYPE",
+    ),
+    Option("can-bitrate", "bit rate of the bus in bit/s, to set or to assume", "N", "int"),
+    Option(
+        "can-device",
+        "who is under test: 'model' = the bundled one, in a process of its own; 'external' = your"
+        " device; default: model on vcan*, virtual and udp_multicast, else external",
+        "WHO",
+        choices=("model", "external"),
+    ),
+    Option(
+        "can-profile",
+        "facts and limits of the device: a bundled name (keypad) or your TOML file",
+        "NAME|FILE",
+        default="keypad",
+    ),
+    Option("can-node-id", "node id of the device; overrides bench file and profile", "N", "int"),
+    Option("can-eds", "EDS file of a generic device (not with the keypad profile)", "FILE"),
+    Option(
+        "can-bench",
+        "bench file (TOML): bus, device, and how power, keys, LEDs and bit rate are moved",
+        "FILE",
+    ),
+    Option(
+        "can-clause",
+        "only requirements whose id begins so, e.g. HB or KEY-04; may be repeated",
+        "ID",
+        "list",
+    ),
+    Option("can-strict", "observations (our own readings of the source) fail, too", kind="switch"),
+    Option(
+        "can-require-all",
+        "tests that are not run or not applicable fail, too: nothing may stay unseen",
+        kind="switch",
+    ),
+    Option(
+        "can-allow-writes",
+        "allow tests that write the non-volatile memory or the bit rate of an external device;"
+        " what was there is put back",
+        kind="switch",
+    ),
+    Option(
+        "can-mutant",
+        "put a named faulty (or deliberately different) model under test, to see the suite react;"
+        " 'list' names them all",
+        "NAME",
+    ),
+    Option(
+        "can-seed",
+        "seed of everything random; the same seed repeats a run (default 0)",
+        "N",
+        "int",
+        default=0,
+    ),
+    Option("can-budget", "real benches: time for stored scenarios, e.g. '10 min'", "TIME"),
+    Option(
+        "can-report-pdf",
+        "certificate as PDF (not in this version: the run writes results.json and traces)",
+        kind="switch",
+    ),
+    Option(
+        "can-reports",
+        "folder in which each run gets a folder of its own",
+        "DIR",
+        default="reports",
+    ),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What was chosen, and who chose it."""
+
+    values: Mapping[str, Any]
+    origins: Mapping[str, str]
+
+    def __getitem__(self, key: str) -> Any:
+        return self.values[key]
+
+    def chosen(self) -> list[str]:
+        """Every setting that is not a default, with its origin, for the header."""
+        return [
+            f"{key.replace('_', '-')} {self.values[key]} ({origin})"
+            for key, origin in self.origins.items()
+            if origin != "default"
+        ]
+
+
+def register(parser: pytest.Parser) -> None:
+    """Tell pytest of every option and of its ini twin."""
+    group = parser.getgroup("nodeproof", "nodeproof: acceptance test of a CANopen device")
+    for option in OPTIONS:
+        text = option.help + f" [env {option.variable}, ini {option.key}]"
+        extra: dict[str, Any] = {"dest": option.dest, "default": None, "help": text}
+        if option.kind == "switch":
+            extra["action"] = "store_true"
+        else:
+            extra["metavar"] = option.metavar
+            if option.kind == "list":
+                extra["action"] = "append"
+            elif option.kind == "int":
+                extra["type"] = int
+            elif option.choices:
+                extra["choices"] = option.choices
+        group.addoption(f"--{option.name}", **extra)
+        kind: Any = {"list": "args", "switch": "bool"}.get(option.kind, "string")
+        parser.addini(option.key, option.help, type=kind, default=None)
+
+
+def settle(config: pytest.Config) -> Settings:
+    """Find out what was chosen.
+
+    Raises:
+        pytest.UsageError: values of environment or ini that are none; all of them at once.
+    """
+    values: dict[str, Any] = {}
+    origins: dict[str, str] = {}
+    wrong: list[str] = []
+    for option in OPTIONS:
+        try:
+            values[option.key], origins[option.key] = _find(config, option)
+        except ValueError as error:
+            wrong.append(str(error))
+    wrong += _out_of_range(values)
+    if wrong:
+        raise pytest.UsageError("\n".join(wrong))
+    return Settings(values, origins)
+
+
+def _find(config: pytest.Config, option: Option) -> tuple[Any, str]:
+    given = config.getoption(option.dest)
+    if given is not None:
+        return given, "command line"
+    if option.variable in os.environ:
+        name = f"environment variable {option.variable}"
+        return _parse(option, os.environ[option.variable], name), "environment"
+    written = config.getini(option.key)
+    if written not in {None, ""} if not isinstance(written, list) else written:
+        return _parse(option, written, f"ini setting {option.key}"), "ini"
+    default = [] if option.kind == "list" else False if option.kind == "switch" else option.default
+    return default, "default"
+
+
+def _parse(option: Option, text: Any, where: str) -> Any:
+    if not isinstance(text, str):
+        return text
+    parsers: dict[str, Callable[[str], Any]] = {
+        "int": int,
+        "switch": _switch,
+        "list": str.split,
+        "text": str,
+    }
+    try:
+        value = parsers[option.kind](text)
+    except ValueError as error:
+        raise ValueError(f"{where} = {text!r}: {error}") from None
+    if option.choices and value not in option.choices:
+        raise ValueError(f"{where} = {text!r}: choose from {', '.join(option.choices)}")
+    return value
+
+
+def _switch(text: str) -> bool:
+    word = text.strip().lower()
+    if word in _YES or word in _NO:
+        return word in _YES
+    raise ValueError("write yes or no")
+
+
+_RANGES = {
+    "can_node_id": (1, 127),
+    "can_bitrate": (10_000, 1_000_000),
+    "can_seed": (0, (1 << 63) - 1),
+}
+
+
+def _out_of_range(values: Mapping[str, Any]) -> list[str]:
+    wrong = []
+    for key, (low, high) in _RANGES.items():
+        value = values.get(key)
+        if value is not None and not low <= value <= high:
+            name = key.replace("_", "-")
+            wrong.append(f"--{name} {value}: out of range; allowed {low} .. {high}")
+    return wrong

@@ -1,0 +1,191 @@
+"""What will be tested, and on what: decided before any bus is touched."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import attrs
+
+from hil_tests.clock import parse_span
+from hil_tests.config import BenchFile, DeviceProfile, Parameters, load_bench, load_profile
+from hil_tests.errors import ConfigError
+from hil_tests.requirements import Requirement, load
+
+if TYPE_CHECKING:
+    from hil_tests.run.options import Settings
+
+VIRTUAL = "virtual"
+MODEL = "model"
+EXTERNAL = "external"
+ALL_FACILITIES = ("power", "keys", "leds", "bitrate")
+_MODEL_CHANNELS = ("vcan", "vxcan")
+_MODEL_INTERFACES = ("virtual", "udp_multicast")
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Everything about a run that is known from options and files alone.
+
+    Args:
+        device: "virtual" (model in virtual time), "model" (hosted), or "external".
+        why: how that was decided.
+        interface: python-can's word, or "virtual time".
+        channel: on it.
+        bit_rate: to set or assume; None = the device's own.
+        exclusive: nothing else lives on the bus.
+        timed: whether the wire arbitrates and has bit times, as far as can be told.
+        profile: of the device.
+        home: what the device is commissioned to; None = not known.
+        facilities: that the bench has.
+        bench_name: for people.
+        bench_file: as read, or None.
+        mutant: name of the model's fault, or None.
+    """
+
+    device: str
+    why: str
+    interface: str
+    channel: str
+    bit_rate: int | None
+    exclusive: bool
+    timed: bool
+    profile: DeviceProfile
+    home: Parameters | None
+    facilities: tuple[str, ...]
+    bench_name: str
+    bench_file: BenchFile | None
+    mutant: str | None
+    requirements: Mapping[str, Requirement]
+    settings: Settings
+
+    @property
+    def virtual(self) -> bool:
+        """The run is in virtual time."""
+        return self.device == VIRTUAL
+
+    @property
+    def is_external(self) -> bool:
+        """The device is the user's own."""
+        return self.device == EXTERNAL
+
+    @property
+    def writes_allowed(self) -> bool:
+        """Non-volatile memory of the device may be written."""
+        return not self.is_external or bool(self.settings["can_allow_writes"])
+
+
+def make_plan(settings: Settings) -> Plan:
+    """Decide what will be tested, and on what.
+
+    Raises:
+        ConfigError: options or files that are wrong or do not go together.
+    """
+    bench = load_bench(settings["can_bench"]) if settings["can_bench"] else None
+    profile = load_profile(_profile_name(settings, bench))
+    channel = settings["can_iface"] or (bench.bus.channel if bench else None)
+    interface = settings["can_interface"] or (bench.bus.interface if bench else None)
+    device, why = _who(settings, channel, interface)
+    _check(settings, bench, profile, device, channel)
+    real = device != VIRTUAL
+    return Plan(
+        device=device,
+        why=why,
+        interface=(interface or "socketcan") if real else "virtual time",
+        channel=channel or "-",
+        bit_rate=settings["can_bitrate"] or (bench.bus.bitrate if bench else None),
+        exclusive=device != EXTERNAL or (bench is not None and bench.bus.exclusive),
+        timed=not real or _timed(channel or "", interface or "socketcan"),
+        profile=profile,
+        home=_home(settings, bench, profile, device),
+        facilities=bench.facilities if device == EXTERNAL and bench else _facilities(device),
+        bench_name=_bench_name(bench, device),
+        bench_file=bench,
+        mutant=settings["can_mutant"],
+        requirements=load(profile.kind),
+        settings=settings,
+    )
+
+
+def _profile_name(settings: Settings, bench: BenchFile | None) -> str:
+    """Command line, environment and ini before the bench file, that before the default."""
+    named = bench.device.profile if bench else None
+    if named and settings.origins["can_profile"] == "default":
+        return named
+    return str(settings["can_profile"])
+
+
+def _who(settings: Settings, channel: str | None, interface: str | None) -> tuple[str, str]:
+    chosen = settings["can_device"]
+    if not channel:
+        if chosen == EXTERNAL:
+            raise ConfigError(
+                "--can-device external: on which bus? add --can-iface NAME, or a bench file with"
+                " [bus] channel"
+            )
+        return VIRTUAL, "no --can-iface given"
+    if chosen:
+        return chosen, settings.origins["can_device"]
+    if channel.startswith(_MODEL_CHANNELS) or interface in _MODEL_INTERFACES:
+        return MODEL, f"default on {channel}"
+    return EXTERNAL, f"default on {channel}"
+
+
+def _check(
+    settings: Settings,
+    bench: BenchFile | None,
+    profile: DeviceProfile,
+    device: str,
+    channel: str | None,
+) -> None:
+    """Whatever does not go together, all at once."""
+    wrong = []
+    if settings["can_eds"]:
+        wrong.append("--can-eds goes with the profile 'generic', which this version has not yet")
+    if settings["can_report_pdf"]:
+        wrong.append("--can-report-pdf: this version writes results.json and traces, no PDF yet")
+    if settings["can_mutant"] and device == EXTERNAL:
+        wrong.append(
+            f"--can-mutant {settings['can_mutant']} is a model, and the device on {channel} is"
+            " external; add --can-device model, or host it yourself: python -m node_model"
+        )
+    node_id = settings["can_node_id"] or (bench.device.node_id if bench else None)
+    if node_id is not None and node_id not in profile.node_ids:
+        ids = profile.node_ids
+        wrong.append(f"node id {node_id}: a {profile.name} has one of {ids[0]} .. {ids[-1]}")
+    if settings["can_budget"]:
+        try:
+            parse_span(settings["can_budget"])
+        except ValueError as error:
+            wrong.append(f"--can-budget {error}")
+    if wrong:
+        raise ConfigError("\n".join(wrong))
+
+
+def _home(
+    settings: Settings, bench: BenchFile | None, profile: DeviceProfile, device: str
+) -> Parameters | None:
+    node_id = settings["can_node_id"]
+    if device != EXTERNAL:
+        return attrs.evolve(profile.factory, node_id=node_id) if node_id else profile.factory
+    known = bench.device.parameters if bench else None
+    if known is None or bench is None:
+        return None
+    return known.complete(node_id or bench.device.node_id)
+
+
+def _facilities(device: str) -> tuple[str, ...]:
+    """A model has them all; an external device without a bench file has none."""
+    return () if device == EXTERNAL else ALL_FACILITIES
+
+
+def _bench_name(bench: BenchFile | None, device: str) -> str:
+    if bench is not None:
+        return bench.name
+    return {VIRTUAL: "virtual", MODEL: "hosted model", EXTERNAL: "no bench file"}[device]
+
+
+def _timed(channel: str, interface: str) -> bool:
+    untimed = channel.startswith(_MODEL_CHANNELS) or interface in _MODEL_INTERFACES
+    return not untimed

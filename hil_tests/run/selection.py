@@ -1,0 +1,108 @@
+"""Which tests can be run on this bench, and which requirements were asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import pytest
+
+from hil_tests.requirements import Requirement, near
+from hil_tests.run.plan import ALL_FACILITIES
+
+if TYPE_CHECKING:
+    from hil_tests.run.plan import Plan
+
+MARKERS = (
+    "requirement(*ids): the requirements that a test claims; checks blame the first one",
+    "virtual(why): runs in virtual time only",
+    "timed(why): needs a wire with arbitration and bit times",
+)
+
+
+def claimed(item: pytest.Item) -> tuple[str, ...]:
+    """The requirements that a test claims."""
+    marker = item.get_closest_marker("requirement")
+    return tuple(str(each) for each in marker.args) if marker else ()
+
+
+def is_ours(item: pytest.Item) -> bool:
+    """Whether a test is judged by this project: it claims a requirement."""
+    return item.get_closest_marker("requirement") is not None
+
+
+def check_ids(items: Iterable[pytest.Item], known: Mapping[str, Requirement]) -> None:
+    """Refuse markers with ids that are none.
+
+    Raises:
+        pytest.UsageError: all of them, each with its near misses.
+    """
+    wrong = []
+    for item in items:
+        for name in claimed(item) or ("",):
+            if name not in known:
+                hint = ", ".join(near(known, name)) or f"known are {', '.join(known)}"
+                wrong.append(f"{item.nodeid}: unknown requirement {name!r}; did you mean {hint}?")
+    if wrong:
+        raise pytest.UsageError("\n".join(sorted(set(wrong))))
+
+
+def check_clauses(prefixes: Sequence[str], known: Mapping[str, Requirement]) -> None:
+    """Refuse --can-clause values that no requirement begins with.
+
+    Raises:
+        pytest.UsageError: all of them, each with its near misses.
+    """
+    wrong = []
+    for prefix in prefixes:
+        if not any(name.startswith(prefix.upper()) for name in known):
+            hint = ", ".join(near(known, prefix)) or ", ".join(groups(known))
+            wrong.append(f"--can-clause {prefix}: no requirement begins so; there are {hint}")
+    if wrong:
+        raise pytest.UsageError("\n".join(wrong))
+
+
+def groups(known: Iterable[str]) -> list[str]:
+    """The beginnings of the ids, e.g. COM, NMT, HB."""
+    return sorted({name.partition("-")[0] for name in known})
+
+
+def by_clause(
+    items: Iterable[pytest.Item], prefixes: Sequence[str]
+) -> tuple[list[pytest.Item], list[pytest.Item]]:
+    """Tests with a requirement that begins with one of the prefixes, and the others."""
+    wanted = tuple(prefix.upper() for prefix in prefixes)
+    chosen: list[pytest.Item] = []
+    others: list[pytest.Item] = []
+    for item in items:
+        hit = not wanted or any(name.startswith(wanted) for name in claimed(item))
+        (chosen if hit else others).append(item)
+    return chosen, others
+
+
+def why_not(item: pytest.Item, plan: Plan) -> str:
+    """Why this bench cannot run a test, from its declaration alone; "" = it can."""
+    marker = item.get_closest_marker("virtual")
+    if marker and not plan.virtual:
+        return f"runs in virtual time only: {_reason(marker)}"
+    marker = item.get_closest_marker("timed")
+    if marker and not plan.timed:
+        return f"{plan.channel} is an untimed wire: {_reason(marker)}"
+    names = getattr(item, "fixturenames", ())
+    lacks = [name for name in ALL_FACILITIES if name in names and name not in plan.facilities]
+    if lacks:
+        return lacking(plan, lacks)
+    return ""
+
+
+def lacking(plan: Plan, lacks: Sequence[str]) -> str:
+    """Which facilities a bench has not, and how to add them."""
+    has = ", ".join(name.capitalize() for name in plan.facilities) or "nothing"
+    missing = " and no ".join(name.capitalize() for name in lacks)
+    sections = " and ".join(f"[{name}]" for name in lacks)
+    where = "its file" if plan.bench_file else "a bench file (--can-bench FILE)"
+    return f"bench {plan.bench_name!r} has no {missing} (it has {has}); add {sections} to {where}"
+
+
+def _reason(marker: pytest.Mark) -> str:
+    return str(marker.args[0]) if marker.args else "see the test"
