@@ -60,11 +60,18 @@ def nmt_frame(command: int, node_id: int) -> Frame:
 
 def nmt_for(frame: Frame, node_id: int) -> Nmt | None:
     """The command that a regular two-byte NMT frame gives to this node, or None."""
-    if frame.can_id or frame.extended or frame.remote or len(frame.data) != 2:  # noqa: PLR2004
+    if frame.can_id or frame.extended or frame.remote or len(frame.data) != 2:
         return None
     if frame.data[1] not in {0, node_id}:
         return None
     return Nmt(frame.data[0]) if frame.data[0] in list(Nmt) else None
+
+
+def long_nmt_for(frame: Frame, node_id: int) -> Nmt | None:
+    """The command that a longer NMT frame may give to this node; nodes differ (NMT-21)."""
+    if frame.extended or frame.remote or len(frame.data) <= 2:
+        return None
+    return nmt_for(Frame(frame.can_id, frame.data[:2]), node_id)
 
 
 def device_ids(node_id: int | None) -> frozenset[int]:

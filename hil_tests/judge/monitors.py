@@ -129,6 +129,7 @@ class BootUp:
         self._expected = expected
         self._can_id = ERROR_CONTROL + (expected.node_id or 0)
         self._owed = 0
+        self._excused = 0
         self._since = Interval(0, 0)
         self._grace_ns = 0
         self._suspicions: list[Suspicion] = []
@@ -137,9 +138,12 @@ class BootUp:
     def see(self, seen: Seen) -> None:
         frame = seen.frame
         if frame.can_id == self._can_id and frame.data == b"\x00":
-            if not self._owed:
+            if self._owed:
+                self._owed -= 1
+            elif self._excused:
+                self._excused -= 1
+            else:
                 self._suspect("boot-up without a reset", seen)
-            self._owed = max(self._owed - 1, 0)
             self._since = Interval(-1, -1)
         elif self._owed and self._since.latest >= 0:
             bound = self._since.latest + self._grace_ns
@@ -157,6 +161,10 @@ class BootUp:
     def owed(self) -> bool:
         """A boot-up is still to come."""
         return self._owed > 0
+
+    def excuse(self) -> None:
+        """The device got a frame that it may take for a reset: one boot-up may follow."""
+        self._excused += 1
 
     def _suspect(self, text: str, seen: Seen) -> None:
         self._suspicions.append(Suspicion("NMT-02", text, seen, always_wrong))

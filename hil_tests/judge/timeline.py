@@ -45,8 +45,14 @@ class StateTimeline:
             self._from.append(instant)
             self._states.append(states)
 
-    def command(self, when: Interval, command: Nmt) -> None:
-        """An NMT command for the device ended on the wire in `when`."""
+    def command(self, when: Interval, command: Nmt, *, certain: bool = True) -> None:
+        """An NMT command for the device ended on the wire in `when`.
+
+        Args:
+            when: its end.
+            command: what was commanded.
+            certain: False = the device may obey this frame or ignore it.
+        """
         target = LEADS_TO[command]
         pending = self._states[-1]
         before = self._cut(when.earliest) | pending
@@ -54,8 +60,8 @@ class StateTimeline:
             return
         reached = _BOOTING if target is State.STARTING else frozenset((target,))
         self._step(when.earliest, before | reached)
-        if before & {State.STARTING, State.OFF, State.COMMISSIONING}:
-            # It may be too early for the device to hear it.
+        if not certain or before & {State.STARTING, State.OFF, State.COMMISSIONING}:
+            # In the latter case it may be too early for the device to hear it.
             return
         self._step(when.latest + self._command_ns, reached)
 

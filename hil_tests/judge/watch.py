@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from hil_tests.clock import Interval
 from hil_tests.judge.causal import CausalClock, Lateness, Seen
-from hil_tests.judge.cobs import COMMISSION, ERROR_CONTROL, Nmt, device_ids, nmt_for
+from hil_tests.judge.cobs import COMMISSION, ERROR_CONTROL, Nmt, device_ids, long_nmt_for, nmt_for
 from hil_tests.judge.expected import Expected
 from hil_tests.judge.monitors import AllowedFrames, BootUp, Heartbeats, Monitor
 from hil_tests.judge.timeline import ANY_STATE, States, StateTimeline
@@ -89,12 +89,25 @@ class Watch:
         if frame.can_id == COMMISSION and not frame.extended:
             self._allowed.requested()
         node_id = self.expected.node_id
-        command = None if node_id is None else nmt_for(frame, node_id)
-        if command is None or self._deaf:
+        if node_id is None or frame.can_id or self._deaf:
             return
         when = Interval(seen.at, seen.at)
-        self._beat = None
-        self.timeline.command(when, command)
+        command = nmt_for(frame, node_id)
+        if command is not None:
+            self._beat = None
+            self.timeline.command(when, command)
+            self._tell(when, command)
+            return
+        perhaps = long_nmt_for(frame, node_id)
+        if perhaps is not None:
+            self._beat = None
+            self.timeline.command(when, perhaps, certain=False)
+            self._heartbeats.commanded(when)
+            if perhaps in _RESETS:
+                self._boot.excuse()
+                self._heartbeats.silenced(when)
+
+    def _tell(self, when: Interval, command: Nmt) -> None:
         for monitor in self._monitors:
             if command in _RESETS:
                 monitor.restarted(when, command)

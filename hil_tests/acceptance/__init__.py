@@ -1,0 +1,1 @@
+"""The acceptance tests, grouped by what they judge; run them with pytest."""

@@ -1,0 +1,66 @@
+"""Steps that the tests of start, network management and heartbeat share.
+
+They judge from recorded instants only, and leave one verdict for each thing that they say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from hil_tests.api import Bench, Nmt, Seen, State, cobs, matchers
+
+QUICK: Mapping[str, int] = {"heartbeat_ms": 100}
+"""Preferred, so that the state is soon seen; right with any period but 0."""
+
+RUNNING_STATES = (State.PRE_OPERATIONAL, State.OPERATIONAL, State.STOPPED)
+
+RESETS = (Nmt.RESET_NODE, Nmt.RESET_COMMUNICATION)
+
+COMMAND_TO = {
+    State.PRE_OPERATIONAL: Nmt.PRE_OPERATIONAL,
+    State.OPERATIONAL: Nmt.START,
+    State.STOPPED: Nmt.STOP,
+}
+
+
+def name_of(value: State | Nmt) -> str:
+    """A readable id for a parameter of a test, e.g. "reset-node"."""
+    return value.name.lower().replace("_", "-")
+
+
+def enter(bench: Bench, state: State) -> Seen:
+    """Command the node into a state and see that it is there.
+
+    Returns:
+        The command.
+    """
+    command = bench.nmt(COMMAND_TO[state])
+    bench.expect_state(state, after=command, requirement="NMT-04")
+    return command
+
+
+def expect_outcome(bench: Bench, command: Nmt, sent: Seen) -> None:
+    """The node does what CiA 301 says of a command (7.3.2.1): a state, or a new start."""
+    if command not in RESETS:
+        bench.expect_state(cobs.LEADS_TO[command], after=sent)
+        return
+    limits = bench.profile.limits
+    boot = bench.expect(matchers.boot_up(bench.node_id), after=sent, within=limits.boot_up_ns)
+    bench.expect_state(State.PRE_OPERATIONAL, after=boot)
+
+
+def expect_unmoved(bench: Bench, state: State, *, after: Seen, by: str) -> None:
+    """Since `after` every heartbeat shows `state`, one more does, and nothing rebooted.
+
+    Args:
+        bench: the bench.
+        state: in which the node was when it was told `after`.
+        after: the first frame that must not move it.
+        by: what that was, for people.
+    """
+    bench.shown_state(bench.now())
+    error_control = matchers.cob(cobs.ERROR_CONTROL + bench.node_id)
+    for seen in bench.collect(error_control, after=after, until=bench.now()):
+        if seen.frame.data != bytes((state.value,)):
+            bench.fail(f"{by} must leave the node {state}; then came {seen.frame}", since=after)
+    bench.check(True, f"{by} leaves the node {state}", since=after)
