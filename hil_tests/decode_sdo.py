@@ -41,6 +41,8 @@ _ABORTS = {
 }
 """Abort codes, CiA 301, table 22."""
 
+_MULTIPLEXER_END = 4
+
 _REQUESTS = {1: "write", 2: "read", 5: "block read", 6: "block write"}
 _ANSWERS = {2: "value of", 3: "written", 5: "block write", 6: "block read"}
 """Command specifiers (top three bits of byte 0) that carry a multiplexer."""
@@ -126,8 +128,13 @@ def _lss_detail(data: bytes, *, request: bool) -> str:
 
 
 def _sdo(data: bytes, names: dict[int, str], *, client: bool) -> str:
-    if len(data) != 8:
-        return f"{show_bytes(data)} ({count_bytes(len(data))} instead of 8)"
+    odd = "" if len(data) == 8 else f" ({count_bytes(len(data))} instead of 8)"
+    if len(data) < _MULTIPLEXER_END:
+        return f"{show_bytes(data)}{odd}"
+    return f"{_command(data, names, client=client)}{odd}"
+
+
+def _command(data: bytes, names: dict[int, str], *, client: bool) -> str:
     specifier = data[0] >> 5
     index, sub = int.from_bytes(data[1:3], "little"), data[3]
     place = f"{index:04X}h:{sub:02X}"
@@ -153,9 +160,12 @@ def _value(data: bytes) -> str:
     """What an initiate frame carries: an expedited value, or the size of what will come."""
     expedited, sized = data[0] >> 1 & 1, data[0] & 1
     if not expedited:
-        size = f", {count_bytes(int.from_bytes(data[4:], 'little'))}" if sized else ""
+        told = sized and len(data) == 8
+        size = f", {count_bytes(int.from_bytes(data[4:], 'little'))}" if told else ""
         return f" in segments{size}"
     used = 4 - (data[0] >> 2 & 3) if sized else 4
     value = data[4 : 4 + used]
+    if not value:
+        return " without a value"
     number = int.from_bytes(value, "little")
     return f" = {show_bytes(value)} ({number})"

@@ -114,34 +114,32 @@ class TestResult:
         }
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class Totals:
     """Sums over the results so far."""
 
     tests: int = 0
-    outcomes: dict[str, int] = field(default_factory=lambda: dict.fromkeys(OUTCOMES, 0))
-    verdicts: dict[str, int] = field(default_factory=lambda: dict.fromkeys(OUTCOMES, 0))
-    sums: dict[str, float] = field(default_factory=lambda: dict.fromkeys(_COUNTED, 0))
+    outcomes: Mapping[str, int] = field(default_factory=lambda: dict.fromkeys(OUTCOMES, 0))
+    verdicts: Mapping[str, int] = field(default_factory=lambda: dict.fromkeys(OUTCOMES, 0))
+    sums: Mapping[str, float] = field(default_factory=lambda: dict.fromkeys(_COUNTED, 0))
 
-    def add(self, result: Mapping[str, Any]) -> None:
-        """Count one result.
+    def plus(self, result: Mapping[str, Any]) -> Totals:
+        """The sums with one result more.
 
         Raises:
-            KeyError, TypeError, ValueError: no result, or an outcome that no report knows;
-                nothing was counted.
+            KeyError, TypeError, ValueError: no result, or an outcome that no report knows.
         """
-        rows = [_known(str(row["outcome"])) for row in result.get("verdicts", ())]
-        outcome = _known(str(result["outcome"]))
-        self.sums = {key: self.sums[key] + (result.get(key) or 0) for key in _COUNTED}
-        self.tests += 1
-        self.outcomes[outcome] += 1
-        for outcome in rows:
-            self.verdicts[outcome] += 1
+        outcomes, verdicts = dict(self.outcomes), dict(self.verdicts)
+        outcomes[_known(str(result["outcome"]))] += 1
+        for row in result.get("verdicts", ()):
+            verdicts[_known(str(row["outcome"]))] += 1
+        sums = {key: self.sums[key] + (result.get(key) or 0) for key in _COUNTED}
+        return Totals(self.tests + 1, outcomes, verdicts, sums)
 
     def to_json(self) -> dict[str, object]:
         """As plain data."""
         sums = {**self.sums, "seconds": round(self.sums["seconds"], 6)}
-        return {"tests": self.tests, **self.outcomes, "verdicts": self.verdicts, **sums}
+        return {"tests": self.tests, **self.outcomes, "verdicts": dict(self.verdicts), **sums}
 
 
 def _known(outcome: str) -> str:
@@ -176,7 +174,7 @@ class ResultsFile:
         self._end = len(head)
         """Where the next item begins; what stands behind is the end of the document."""
         self._size = 0
-        self._write(head + self._tail(None), 0)
+        self._write(head + self._tail(self.totals, None), 0)
 
     def __enter__(self) -> Self:
         return self
@@ -192,16 +190,17 @@ class ResultsFile:
             KeyError, TypeError, ValueError: no `test` or `outcome`, an unknown outcome, or
                 something that JSON has no word for; the file is as it was.
         """
+        totals = self.totals.plus(result)
         comma = ",\n" if self.totals.tests else ""
-        number = self.totals.tests + 1
-        item = f"{comma}{_dumps({'test': result['test'], **result, 'number': number})}".encode()
-        self.totals.add(result)
-        place, self._end = self._end, self._end + len(item)
-        self._write(item + self._tail(None), place)
+        row = {"test": result["test"], **result, "number": totals.tests}
+        item = f"{comma}{_dumps(row)}".encode()
+        self._write(item + self._tail(totals, None), self._end)
+        self._end += len(item)
+        self.totals = totals
 
     def finish(self, summary: Mapping[str, object]) -> None:
         """Say that the run came to its end, with its exit status and last words; close."""
-        self._write(self._tail(summary), self._end)
+        self._write(self._tail(self.totals, summary), self._end)
         self.close()
 
     def close(self) -> None:
@@ -210,10 +209,10 @@ class ResultsFile:
             os.close(self._descriptor)
             self._descriptor = -1
 
-    def _tail(self, summary: Mapping[str, object] | None) -> bytes:
+    def _tail(self, totals: Totals, summary: Mapping[str, object] | None) -> bytes:
         done = summary is not None
         return (
-            f'\n],\n"totals":{_dumps(self.totals.to_json())},'
+            f'\n],\n"totals":{_dumps(totals.to_json())},'
             f'\n"finished":{_dumps(done)},\n"summary":{_dumps(dict(summary or {}))}}}\n'
         ).encode()
 

@@ -79,7 +79,7 @@ def _mended(text: str, error: ValueError) -> object:
     items += _whole_items(lines[_HEAD_LINES:])
     totals = Totals()
     for place, item in enumerate(items):
-        totals.add(_result(item, f"results[{place}]").to_json())
+        totals = totals.plus(_result(item, f"results[{place}]").to_json())
     return {**document, "totals": totals.to_json(), "finished": False, "summary": {}}
 
 

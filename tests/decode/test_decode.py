@@ -120,7 +120,12 @@ TRANSFERS = {
         "SDO request to node 5: block transfer, command A3h: 00 00 00 00 00 00 00"
     ),
     "605#E000000000000000": "SDO request to node 5: unknown command E0h: 00 00 00 00 00 00 00",
-    "605#40001000": "SDO request to node 5: 40 00 10 00 (4 bytes instead of 8)",
+    "605#400010": "SDO request to node 5: 40 00 10 (3 bytes instead of 8)",
+    "605#40001000": "SDO request to node 5: read 1000h:00 (4 bytes instead of 8)",
+    "605#2B171000E803": (
+        "SDO request to node 5: write 1017h:00 = E8 03 (1000) (6 bytes instead of 8)"
+    ),
+    "605#2B171000": "SDO request to node 5: write 1017h:00 without a value (4 bytes instead of 8)",
     "7E5#0401000000000000": "LSS request: switch mode global, configuration",
     "7E5#1105000000000000": "LSS request: configure node id 5",
     "7E5#1300040000000000": "LSS request: configure bit timing, table 0 index 4 (125 kbit/s)",

@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hil_tests.errors import BenchError
+from hil_tests.reporting import pcapng_layout as layout
 from hil_tests.reporting.files import RecordUnreadable
 from hil_tests.reporting.pcapng import Mark, PcapngSink, read_pcapng
 from hil_tests.trace import BusEvent, Entry, EventKind, Moment, Sighting, Trace
@@ -76,7 +77,7 @@ EVENTS = st.builds(
 
 @pytest.mark.slow
 @given(entries=st.lists(sightings() | MOMENTS | EVENTS, max_size=6), flush=st.booleans())
-@settings(max_examples=60)
+@settings(max_examples=40)
 def test_everything_written_comes_back_exactly(
     entries: list[Entry], flush: bool, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
@@ -150,7 +151,7 @@ def test_wherever_a_file_breaks_off_the_whole_blocks_are_read(tmp_path: Path) ->
     """A cut gives the entries before it and one event that names the place."""
     whole = record(tmp_path / "t.pcapng", *SAMPLE).read_bytes()
     cut = tmp_path / "cut.pcapng"
-    for size in range(60, len(whole), 7):
+    for size in range(60, len(whole), 11):
         cut.write_bytes(whole[:size])
         found = list(read_pcapng(cut))
         events = [entry for entry in found[-1:] if isinstance(entry, BusEvent)]
@@ -198,6 +199,63 @@ def test_what_is_no_recording_is_refused_with_file_and_offset(
         list(read_pcapng(path))
 
 
+@pytest.mark.parametrize(
+    ("block", "said"),
+    [
+        (layout.block(layout.ENHANCED_PACKET, bytes(16)), "too short for a packet"),
+        (layout.block(layout.INTERFACE_DESCRIPTION, bytes(4)), "too short for what it holds"),
+        (layout.packet(7, 0, bytes(8)), "interface 7, which was never described"),
+        (layout.packet(0, 0, bytes(7)), "7 bytes, too few for a CAN frame"),
+        (layout.packet(0, 0, b"\0\0\x08\0" + bytes(4)), "holds no CAN frame"),
+        (layout.packet(0, 0, bytes(8))[:-4] + bytes(4), "not at its end"),
+        (b"\0\0\0\6\0\0\0\x0d" + bytes(13), "cannot be 13 bytes long"),
+        (
+            layout.block(6, bytes(12) + b"\0\0\0\x40\0\0\0\x40" + bytes(8)),
+            "claims 64 bytes and holds 8",
+        ),
+        (
+            layout.block(6, bytes(12) + b"\0\0\0\x08\0\0\0\x08" + bytes(8) + b"\0\1\0\x99"),
+            "an option 1 that reaches past its end",
+        ),
+    ],
+)
+def test_damage_inside_a_recording_is_told_with_its_offset(
+    tmp_path: Path, block: bytes, said: str
+) -> None:
+    """The place of the block, and what cannot be about it."""
+    head = layout.section() + layout.interface(layout.CAN_SOCKETCAN, "can0", "")
+    path = tmp_path / "t.pcapng"
+    path.write_bytes(head + block)
+    with pytest.raises(RecordUnreadable, match=rf"offset {len(head)}: the block there .*{said}"):
+        list(read_pcapng(path))
+
+
+@pytest.mark.parametrize(
+    ("resolution", "stamp", "at"),
+    [(b"\x09", 5, 5), (b"\x06", 5, 5_000), (b"\x83", 12, 1_500_000_000), (b"\x0c", 7_900, 7)],
+)
+def test_every_resolution_of_stamps_is_read(
+    tmp_path: Path, resolution: bytes, stamp: int, at: int
+) -> None:
+    """Powers of ten and of two; an offset in seconds is added."""
+    described = layout.block(
+        layout.INTERFACE_DESCRIPTION,
+        b"\0\xe3"
+        + bytes(6)
+        + layout.options((layout.IF_TSRESOL, resolution), (layout.IF_TSOFFSET, bytes(7) + b"\2")),
+    )
+    path = tmp_path / "t.pcapng"
+    path.write_bytes(layout.section() + described + layout.packet(0, stamp, bytes(8)))
+    assert list(read_pcapng(path)) == [Sighting(Frame(0), 2_000_000_000 + at)]
+
+
+@pytest.mark.slow
+def test_a_note_too_large_for_a_block_is_refused(tmp_path: Path) -> None:
+    """It could not be read again."""
+    with pytest.raises(ValueError, match="too many for one note"):
+        record(tmp_path / "t.pcapng", Moment("mark", 0, 0, {"x": "y" * layout.LARGEST_BLOCK}))
+
+
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
     """No traceback of the operating system's."""
     with pytest.raises(RecordUnreadable, match="No such file"):
@@ -210,7 +268,7 @@ def test_damage_gives_entries_or_a_clear_error(tmp_path: Path, seed: int) -> Non
     chance = random.Random(seed)
     whole = record(tmp_path / "t.pcapng", *SAMPLE, *SAMPLE).read_bytes()
     path = tmp_path / "bad.pcapng"
-    for _ in range(100):
+    for _ in range(30):
         raw = bytearray(whole)
         for _ in range(chance.choice((1, 2, 8))):
             raw[chance.randrange(len(raw))] = chance.randrange(256)

@@ -150,6 +150,15 @@ def test_the_file_obeys_its_schema_at_every_moment(tmp_path: Path) -> None:
     assert document(path)["finished"] is True
 
 
+def test_schema_and_documentation_know_every_outcome() -> None:
+    """A new outcome is added in all three places."""
+    rules = schema()
+    assert rules["$defs"]["outcome"]["enum"] == list(OUTCOMES)
+    assert set(OUTCOMES) < set(rules["properties"]["totals"]["required"])
+    page = Path(__file__).parents[2] / "docs" / "results.md"
+    assert [word for word in OUTCOMES if f"`{word}`" not in page.read_text("utf-8")] == []
+
+
 def test_the_schema_notices_what_is_wrong() -> None:
     """The hand check is no rubber stamp."""
     rules = schema()
@@ -173,7 +182,7 @@ def test_a_shorter_end_leaves_no_rest_of_a_longer_one(tmp_path: Path) -> None:
     with ResultsFile(path, {}) as file:
         file.add({"test": "a", "outcome": "passed", "seconds": 0.123456})
         size = path.stat().st_size
-        file._write(file._tail({}), file._end)
+        file._write(file._tail(file.totals, {}), file._end)
         assert path.stat().st_size == size
         assert document(path)["finished"] is True
 
@@ -241,7 +250,7 @@ def test_wherever_the_last_write_was_torn_the_results_before_it_are_read(tmp_pat
         before, end = path.read_bytes(), file._end
         file.add({"test": "t::last", "outcome": "passed", "text": "y" * 300})
         after = path.read_bytes()
-    for size in range(end, len(after), 3):
+    for size in range(end, len(after), 9):
         path.write_bytes(after[:size] + before[size:])
         run = load_results(path)
         assert [result.test for result in run.results] in ([FULL.test], [FULL.test, "t::last"])
@@ -273,6 +282,16 @@ def test_what_is_no_results_file_is_refused(tmp_path: Path, content: str, said: 
         ({"outcome": "green"}, r"results\[0\].outcome: 'green' is none of passed, failed"),
         ({"test": 7}, r"results\[0\].test: 7 is no str"),
         ({"frames": True}, r"results\[0\].frames: True is no int"),
+        ({"trace": 7}, r"results\[0\].trace: 7 is no str"),
+        ({"requirements": "HB-01"}, r"requirements: 'HB-01' is no list"),
+        (
+            {"verdicts": [{"requirement": "A", "outcome": "passed", "measured_ns": [None, 1]}]},
+            "both ends are needed",
+        ),
+        (
+            {"verdicts": [{"requirement": "A", "outcome": "passed", "limits_ns": [1, 2, 3]}]},
+            r"limits_ns: \[1, 2, 3\] is no pair",
+        ),
         ({"verdicts": [1]}, r"results\[0\].verdicts\[0\]: 1 is no object"),
         ({"verdicts": [{"requirement": "A"}]}, r"verdicts\[0\].outcome is missing"),
     ],
@@ -289,6 +308,30 @@ def test_a_wrong_field_is_named_with_its_value(
     path.write_text(json.dumps(raw), "utf-8")
     with pytest.raises(RecordUnreadable, match=said):
         load_results(path)
+
+
+def test_a_file_that_is_not_there_or_no_text_is_named(tmp_path: Path) -> None:
+    """Errors of the operating system carry the file too."""
+    with pytest.raises(RecordUnreadable, match="No such file"):
+        load_results(tmp_path / "none.json")
+    (tmp_path / "results.json").write_bytes(b"\xff\xfe{")
+    with pytest.raises(RecordUnreadable, match=r"results\.json.*utf-8"):
+        load_results(tmp_path / "results.json")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
+def test_a_full_disk_is_an_error_of_the_bench(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the option that helps; nothing is silently lost."""
+    path = tmp_path / "results.json"
+    with ResultsFile(path, {}) as file:
+        with Path("/dev/full").open("wb") as full, monkeypatch.context() as patch:
+            patch.setattr(file, "_descriptor", full.fileno())
+            with pytest.raises(BenchError, match=r"No space left.*--can-reports"):
+                file.add({"test": "a", "outcome": "passed"})
+        file.add({"test": "b", "outcome": "passed"})
+    assert [result.test for result in load_results(path).results] == ["b"]
 
 
 def test_an_older_file_is_not_overwritten(tmp_path: Path) -> None:
