@@ -43,7 +43,11 @@ def listen(address: str) -> tuple[socket.socket, str]:
     if kind == "unix" and rest:
         _remove_stale(Path(rest))
         server = socket.socket(socket.AF_UNIX)
-        server.bind(rest)
+        try:
+            server.bind(rest)
+        except OSError:
+            server.close()
+            raise
         server.listen(_BACKLOG)
         return server, address
     host, _, port = rest.rpartition(":")

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from node_model import keypad
 from node_model.host.wires import WireError
+from node_model.keypad.parameters import NODE_IDS
 from node_model.node import Panel
 
 
@@ -19,14 +21,12 @@ def make_node(profile: str, mutant: str | None, node_id: int | None, image: byte
     Args:
         profile: name of a bundled profile, or path of a TOML file.
         mutant: name of a faulty or different model of `node_model.faults`; None = sound.
-        node_id: node id of the factory's parameters, 1..127; None = the profile's.
+        node_id: node id of the factory's parameters, 1..15; None = the profile's.
         image: content of its non-volatile memory; None = as it leaves the factory.
 
     Raises:
         UnknownModelError: no such profile or mutant, or a node id out of range.
     """
-    from node_model import keypad  # noqa: PLC0415 - loaded for the profile that needs it
-
     try:
         facts = keypad.load(profile)
     except OSError:
@@ -34,8 +34,9 @@ def make_node(profile: str, mutant: str | None, node_id: int | None, image: byte
     except (KeyError, ValueError) as error:
         raise UnknownModelError(f"profile {profile!r} is not usable: {error}") from None
     if node_id is not None:
-        if not 1 <= node_id <= 127:
-            raise UnknownModelError(f"node id {node_id} is not 1..127")
+        if node_id not in NODE_IDS:
+            ids = f"{NODE_IDS[0]}..{NODE_IDS[-1]}"
+            raise UnknownModelError(f"node id {node_id} is none of the keypad's, {ids}")
         facts = replace(facts, factory=replace(facts.factory, node_id=node_id))
     if mutant is None:
         return keypad.Keypad(facts, image or b"")

@@ -186,8 +186,12 @@ class ControlKeys(_Facility):
     def _steps(self, answer: Answer, asked: Interval, spans: Sequence[int]) -> Sequence[Interval]:
         """One interval a step; without a common clock all that is known is the order."""
         if "at" not in answer or not self._session.same_clock:
-            last = max(spans, default=0)
-            return [Interval(asked.earliest + span, asked.latest - last + span) for span in spans]
+            # The first step came after the request and, if the server answered once it was
+            # through, so long before the answer as the whole sequence takes.
+            first = asked.latest - max(spans, default=0)
+            if first < asked.earliest:
+                first = asked.latest
+            return [Interval(asked.earliest + span, first + span) for span in spans]
         at = answer["at"]
         if not isinstance(at, list) or len(at) != len(spans):
             raise self._session.broke(f"at is no list of {len(spans)} intervals", answer)
@@ -255,13 +259,14 @@ class ControlLeds(_Facility):
             if not isinstance(lit, bool):
                 raise self._session.broke(f"start of {name!r} is {lit!r:.80}", answer)
             start[name] = lit
+        if asked.doubt_ns + _SLACK_NS < for_ns:
+            raise self._session.broke(f"answer before the {show_span(for_ns)} were over", answer)
         # Without `at` the watch began somewhere between the request and the last moment
-        # that leaves it its length: only what lies inside both is surely covered.
-        watched = Interval(asked.latest - for_ns, asked.earliest + for_ns)
+        # that leaves it its length: only what lies in all of these is surely covered.
+        first = asked.latest - for_ns
+        watched = Interval(first, max(asked.earliest + for_ns, first))
         if "at" in answer and self._session.same_clock:
             watched = self._interval(answer["at"], asked, answer)
-        if watched.latest < watched.earliest:
-            raise self._session.broke(f"answer before the {show_span(for_ns)} were over", answer)
         edges = answer.get("edges")
         if not isinstance(edges, list):
             raise self._session.broke("no list 'edges'", answer)

@@ -47,7 +47,7 @@ class HostedModel:
         command += ["--interface", interface, "--channel", channel, "--profile", profile]
         command += ["--mutant", mutant] if mutant else []
         command += ["--node-id", str(node_id)] if node_id is not None else []
-        self.process = subprocess.Popen(  # noqa: S603  our own interpreter and module
+        self.process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=self._errors
         )
         try:
@@ -93,5 +93,3 @@ class HostedModel:
             self.process.stdout.close()
         self._errors.close()
         self._folder.cleanup()
-
-

@@ -1,0 +1,390 @@
+"""The server of the control protocol, spoken to over a socket, turn by turn."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import socket
+from collections.abc import Iterator
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from node_model.frame import Frame
+from node_model.host.control import Server, listen
+from node_model.host.jsonline import LINE_LIMIT
+from node_model.host.loop import LATE_NS, Loop
+from node_model.host.verbs import Verbs
+from node_model.node import MS, S
+from tests.host.fakes import PERIOD_NS, Clock, FakePanel, FakeWire
+
+
+class Lab:
+    """A server on a node with a clock of ours, and a client at it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.clock = Clock()
+        self.wire = FakeWire(self.clock)
+        self.node = FakePanel()
+        self.loop = Loop(self.node, self.wire, self.clock)
+        verbs = Verbs(self.loop)
+        self.server = Server(f"unix:{folder}/control", verbs, verbs.release)
+        self.client = self.join()
+
+    def join(self) -> socket.socket:
+        """One more client."""
+        client = socket.socket(socket.AF_UNIX)
+        client.connect(self.server.address.removeprefix("unix:"))
+        client.setblocking(False)
+        return client
+
+    def send(self, data: bytes) -> None:
+        """The client's bytes, and the server's turns until it has them all."""
+        view = memoryview(data)
+        while view:
+            with contextlib.suppress(BlockingIOError):
+                view = view[self.client.send(view) :]
+            self.turn()
+
+    def turn(self, after_ns: int = 0) -> None:
+        """Time goes on, and the host comes round."""
+        self.clock.now += after_ns
+        self.loop.catch_up()
+        self.server.turn()
+        self.server.turn()
+
+    def answers(self) -> list[Any]:
+        """What has come back."""
+        data = b""
+        with contextlib.suppress(BlockingIOError):
+            while chunk := self.client.recv(1 << 20):
+                data += chunk
+        return [json.loads(line, parse_float=Decimal) for line in data.splitlines()]
+
+    def ask(self, **request: Any) -> Any:
+        """A request with its only answer."""
+        self.send(json.dumps({"id": 1, **request}).encode() + b"\n")
+        (answer,) = self.answers()
+        return answer
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Iterator[Lab]:
+    """A server with a client."""
+    made = Lab(tmp_path)
+    yield made
+    made.client.close()
+    made.server.close()
+
+
+def test_hello_tells_what_it_can(lab: Lab) -> None:
+    """Protocol 1, the name of the device, its verbs, and the clock."""
+    can = ["power", "keys", "key-sequences", "leds", "led-edges", "bus", "health"]
+
+    assert lab.ask(do="hello", protocol=1) == {
+        "id": 1, "ok": True, "protocol": 1, "device": "fake", "can": can, "clock": "same",
+    }  # fmt: skip
+
+
+def test_power_is_idempotent_and_exact(lab: Lab) -> None:
+    """`at` is the very instant that the node was told; on when on changes nothing."""
+    answer = lab.ask(do="power", on=True)
+    assert [int(at * S) for at in answer["at"]] == [lab.clock.now] * 2
+    lab.clock.now += 10 * MS
+    lab.ask(do="power", on=True)
+
+    assert [frame for frame, _ in lab.wire.sent] == [Frame(0x701, b"\0")]
+    assert lab.ask(do="state")["power"] is True
+    assert lab.ask(do="power", on=False)["ok"] is True
+    assert lab.ask(do="state") == {"id": 1, "ok": True, "power": False, "held": []}
+
+
+def test_keys_are_held_until_told_otherwise(lab: Lab) -> None:
+    """The full set each time; state names it in the order of the bits."""
+    lab.ask(do="keys", held=["b", "a"])
+    assert lab.ask(do="state")["held"] == ["a", "b"]
+    lab.ask(do="keys", held=[])
+
+    assert lab.ask(do="state")["held"] == []
+
+
+def test_sequence_is_played_at_planned_instants(lab: Lab) -> None:
+    """A host that comes round late does not shift the edges."""
+    lab.ask(do="power", on=True)
+    start = lab.clock.now
+    lab.send(b'{"id": 5, "do": "keys", "sequence": [[0, ["a"]], [0.004, []], [0.007, ["b"]]]}\n')
+    assert not lab.answers()
+    lab.turn(50 * MS)
+    (answer,) = lab.answers()
+
+    spans = [0, 4 * MS, 7 * MS]
+    assert [[int(at * S) - start for at in pair] for pair in answer["at"]] == [
+        [span, span] for span in spans
+    ]
+    holds = [(verb, at - start) for verb, at in lab.node.log if verb.startswith("hold")]
+    assert holds == [("hold ['a']", 0), ("hold []", 4 * MS), ("hold ['b']", 7 * MS)]
+
+
+def test_requests_wait_for_the_sequence_before_them(lab: Lab) -> None:
+    """Answers come in the order of the requests."""
+    lab.send(
+        b'{"id": 1, "do": "keys", "sequence": [[0, ["a"]], [1, []]]}\n{"id": 2, "do": "state"}\n'
+    )
+    assert not lab.answers()
+    lab.turn(S)
+
+    assert [answer["id"] for answer in lab.answers()] == [1, 2]
+
+
+def test_steady_leds_are_answered_at_once(lab: Lab) -> None:
+    """Where no lamp will change by itself there is nothing to wait for."""
+    assert lab.ask(do="leds")["leds"] == {"red": "off", "green": "off"}
+
+
+def test_blinking_leds_are_watched_for_a_period(lab: Lab) -> None:
+    """An eye looks longer than one blink; steady is told from blinking."""
+    lab.ask(do="power", on=True)
+    lab.wire.incoming.append((Frame(0x123, b"\1"), lab.clock.now))
+    lab.send(b'{"id": 1, "do": "leds"}\n')
+    assert not lab.answers()
+    lab.turn(1199 * MS)
+    assert not lab.answers()
+    lab.turn(MS)
+
+    assert lab.answers() == [{"id": 1, "ok": True, "leds": {"red": "blink", "green": "on"}}]
+
+
+def test_led_edges_have_their_instants(lab: Lab) -> None:
+    """Edges by themselves and by a frame, in order, on the clock of the frames."""
+    lab.ask(do="power", on=True)
+    start = lab.clock.now
+    lab.send(b'{"id": 1, "do": "leds", "for": 1.1}\n')
+    lab.wire.incoming.append((Frame(0x123, b"\1"), start + 700 * MS))
+    lab.turn(5 * S)
+    (answer,) = lab.answers()
+
+    assert answer["start"] == {"red": True, "green": False}
+    assert [[int(at * S) - start, led, lit] for at, led, lit in answer["edges"]] == [
+        [500 * MS, "red", False],
+        [700 * MS, "green", True],
+        [1000 * MS, "red", True],
+    ]
+    assert [int(at * S) - start for at in answer["at"]] == [0, 1100 * MS]
+
+
+def test_bus_makes_the_node_deaf_and_mute(lab: Lab) -> None:
+    """At another bit rate nobody hears it."""
+    lab.ask(do="power", on=True)
+    lab.wire.sent.clear()
+    assert lab.ask(do="bus", bitrate=500_000)["ok"] is True
+    lab.turn(PERIOD_NS)
+    assert not lab.wire.sent
+    assert lab.ask(do="state")["bus"] == 500_000
+    lab.ask(do="bus", bitrate=125_000)
+    lab.turn(PERIOD_NS)
+
+    assert lab.wire.sent
+
+
+def test_health_tells_late_frames_once(lab: Lab) -> None:
+    """Exact to the nanosecond; asking empties the list."""
+    lab.ask(do="power", on=True)
+    start = lab.clock.now
+    lab.turn(PERIOD_NS + LATE_NS + 1)
+    late = lab.ask(do="health")["late"]
+
+    assert [[int(at * S) - start for at in pair] for pair in late] == [
+        [PERIOD_NS, PERIOD_NS + LATE_NS + 1]
+    ]
+    assert lab.ask(do="health")["late"] == []
+
+
+def test_long_list_of_late_frames_comes_in_several_answers(lab: Lab) -> None:
+    """No line has more than 64 KiB; `more` says that there is more."""
+    lab.loop.late.extend((lab.clock.now, lab.clock.now + number) for number in range(3000))
+    answers = [lab.ask(do="health") for _ in range(4)]
+
+    assert [len(answer["late"]) for answer in answers] == [1200, 1200, 600, 0]
+    assert [answer.get("more", False) for answer in answers] == [True, True, False, False]
+
+
+MALFORMED = [
+    b"",
+    b"nonsense",
+    b"[1]",
+    b'"hello"',
+    b"\xff\xfe",
+    b"[" * 60_000,
+    b'{"id": 1, "do": "power", "on": NaN}',
+    b"x" * (LINE_LIMIT + 1),
+    b"y" * (5 * LINE_LIMIT),
+]
+
+
+@pytest.mark.parametrize("line", MALFORMED, ids=lambda line: repr(line[:12]))
+def test_malformed_line_is_refused_and_the_session_goes_on(line: bytes, lab: Lab) -> None:
+    """One refusal without an id, then the next request as if nothing had been."""
+    lab.send(line + b'\n{"id": 2, "do": "state"}\n')
+    refusal, answer = lab.answers()
+
+    assert (refusal["id"], refusal["ok"]) == (None, False)
+    assert refusal["error"]
+    assert (answer["id"], answer["ok"]) == (2, True)
+
+
+REFUSED: list[dict[str, Any]] = [
+    {},
+    {"do": None},
+    {"do": "fly"},
+    {"do": ["power"]},
+    {"do": "hello"},
+    {"do": "hello", "protocol": 2},
+    {"do": "hello", "protocol": True},
+    {"do": "hello", "protocol": "1"},
+    {"do": "power"},
+    {"do": "power", "on": 1},
+    {"do": "power", "on": "yes"},
+    {"do": "keys"},
+    {"do": "keys", "held": "a"},
+    {"do": "keys", "held": ["c"]},
+    {"do": "keys", "held": [["a"]]},
+    {"do": "keys", "held": {"a": 1}},
+    {"do": "keys", "held": [], "sequence": []},
+    {"do": "keys", "sequence": []},
+    {"do": "keys", "sequence": [[0, ["a"]]] * 1001},
+    {"do": "keys", "sequence": [[0]]},
+    {"do": "keys", "sequence": [0]},
+    {"do": "keys", "sequence": [[0, ["c"]]]},
+    {"do": "keys", "sequence": [[-1, ["a"]]]},
+    {"do": "keys", "sequence": [[1, ["a"]], [0, []]]},
+    {"do": "keys", "sequence": [["0", ["a"]]]},
+    {"do": "keys", "sequence": [[0, ["a"]], [601, []]]},
+    {"do": "leds", "for": 0},
+    {"do": "leds", "for": -1},
+    {"do": "leds", "for": "2"},
+    {"do": "leds", "for": 1e300},
+    {"do": "bus"},
+    {"do": "bus", "bitrate": 0},
+    {"do": "bus", "bitrate": True},
+    {"do": "bus", "bitrate": 125000.5},
+    {"do": "bus", "bitrate": 10**30},
+]
+
+
+@pytest.mark.parametrize("request_", REFUSED, ids=lambda item: json.dumps(item)[:50])
+def test_request_that_cannot_be_done_is_refused(request_: dict[str, Any], lab: Lab) -> None:
+    """With its id and one sentence; the node is not touched, the session goes on."""
+    answer = lab.ask(**request_)
+
+    assert (answer["id"], answer["ok"]) == (1, False)
+    assert 0 < len(answer["error"]) < 300
+    assert not lab.node.log
+    assert lab.ask(do="state")["ok"] is True
+
+
+def test_unknown_key_names_near_misses(lab: Lab) -> None:
+    """The sentence shows the name and what there is."""
+    assert lab.ask(do="keys", held=["c"])["error"] == "no key 'c'; it has a, b"
+
+
+@pytest.mark.parametrize("ident", [7, "seven", 1.5, None, True, -1])
+def test_id_is_repeated(ident: object, lab: Lab) -> None:
+    """Whatever simple value it is."""
+    lab.send(json.dumps({"id": ident, "do": "state"}).encode() + b"\n")
+
+    assert lab.answers()[0]["id"] == ident
+
+
+def test_several_requests_in_one_packet_and_one_in_several(lab: Lab) -> None:
+    """A stream has no packets."""
+    lines = b"".join(b'{"id": %d, "do": "state"}\r\n' % number for number in range(50))
+    lab.send(lines)
+    assert [answer["id"] for answer in lab.answers()] == list(range(50))
+    for byte in lines:
+        lab.send(bytes([byte]))
+
+    assert [answer["id"] for answer in lab.answers()] == list(range(50))
+
+
+def test_longest_line_is_still_taken(lab: Lab) -> None:
+    """64 KiB are allowed, line feed not counted."""
+    line = b'{"id": 3, "do": "state", "x": "'
+    line += b"x" * (LINE_LIMIT - len(line) - 2) + b'"}'
+    assert len(line) == LINE_LIMIT
+    lab.send(line + b"\n")
+
+    assert lab.answers()[0]["ok"] is True
+
+
+def test_bye_ends_the_session_and_the_next_client_is_served(lab: Lab) -> None:
+    """What the first one did stays; the second waited in the queue."""
+    lab.ask(do="power", on=True)
+    second = lab.join()
+    lab.turn()
+    assert lab.ask(do="bye") == {"id": 1, "ok": True}
+    assert lab.client.recv(10) == b""
+    lab.client.close()
+    lab.client = second
+    lab.turn()
+
+    assert lab.ask(do="state")["power"] is True
+
+
+def test_client_that_vanishes_in_a_sequence_stops_it(lab: Lab) -> None:
+    """The next client finds a server with nothing to do."""
+    lab.send(b'{"id": 1, "do": "keys", "sequence": [[0, ["a"]], [500, []]]}\n')
+    lab.client.close()
+    lab.turn()
+    assert lab.loop.job is None
+    lab.client = lab.join()
+    lab.turn()
+
+    assert lab.ask(do="state")["held"] == ["a"]
+
+
+def test_client_that_does_not_read_is_held_back(lab: Lab) -> None:
+    """Its answers are not piled up: requests wait until it reads, and none is lost."""
+    count = 6000
+    lines = b"".join(b'{"id": %d, "do": "state"}\n' % number for number in range(count))
+    view, seen = memoryview(lines), 0
+    while seen < count:
+        with contextlib.suppress(BlockingIOError):
+            view = view[lab.client.send(view) :] if view else view
+        for _ in range(3):
+            lab.turn()
+        for answer in lab.answers():
+            assert answer["id"] == seen
+            seen += 1
+
+
+@pytest.mark.parametrize("address", ["tcp", "tcp:5555", "tcp:host:port", "udp:a:1", "unix:", ""])
+def test_strange_address_is_refused(address: str) -> None:
+    """The message shows both forms."""
+    with pytest.raises(ValueError, match="tcp:HOST:PORT or unix:PATH"):
+        listen(address)
+
+
+def test_tcp_port_0_is_replaced_by_the_real_one() -> None:
+    """The ready line must name an address that can be connected to."""
+    server, address = listen("tcp:127.0.0.1:0")
+    with server, socket.create_connection(("127.0.0.1", int(address.rsplit(":", 1)[1]))):
+        assert address.startswith("tcp:127.0.0.1:")
+
+
+def test_stale_socket_file_is_replaced(tmp_path: Path) -> None:
+    """A server that was killed leaves its file; one that lives keeps it."""
+    server, address = listen(f"unix:{tmp_path}/s")
+    with pytest.raises(OSError, match="in use"):
+        listen(address)
+    server.close()
+    again, _ = listen(address)
+    again.close()
+
+
+def test_closed_server_leaves_no_file(lab: Lab, tmp_path: Path) -> None:
+    """The socket file goes with it."""
+    lab.server.close()
+
+    assert not (tmp_path / "control").exists()
