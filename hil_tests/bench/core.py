@@ -147,22 +147,44 @@ class BenchCore:
 
     def end(self) -> list[Verdict]:
         """A test ends: what the monitors found in it."""
-        self.settle()
+        self._close_watch(off=False)
         self.frames += len(self.trace)
         self.bus_ns += max(self.now() - self._began_at, 0)
-        self._close_watch(off=False)
         return self._found
 
     def _close_watch(self, *, off: bool) -> None:
         """What one watch found is kept; another begins."""
+        self.settle()
         self._found.extend(self.watch.finish(self.now(), self.lateness))
         self.watch = self._new_watch(off=off)
 
     def note(self, moment: Moment) -> Moment:
-        """Put a stimulus into the trace."""
+        """Put a stimulus into the trace, in its place among the frames.
+
+        What the bus had to say until then may still wait to be read: it goes first.
+        """
+        later = []
+        for item in self._waiting():
+            if item.at <= moment.ended_at:
+                self.take(item)
+            else:
+                later.append(item)
         self.trace.note(moment)
         self.watch.did(moment)
+        for item in later:
+            self.take(item)
         return moment
+
+    def _waiting(self) -> Iterator[Sighting | BusEvent]:
+        """Everything that has happened on the bus by now and was not yet read."""
+        port = self.stage.port
+        while (item := port.next(port.now())) is not None:
+            yield item
+
+    def drain(self) -> None:
+        """Read everything that has happened on the bus by now."""
+        for item in self._waiting():
+            self.take(item)
 
     def take(self, item: Sighting | BusEvent) -> None:
         """Put what a port handed out into the trace."""
@@ -216,6 +238,7 @@ class BenchCore:
         """
         calendar = self._calendar
         planned = calendar[0][0] if calendar else FOREVER
+        began_at = self.now()
         item = self.stage.port.next(min(until, planned), also)
         if item is not None:
             self.take(item)
@@ -224,8 +247,10 @@ class BenchCore:
         if planned <= until and now >= planned:
             heappop(calendar)[2]()
             return True
-        if now - until > STALL_NS and not also and until > self._began_at:
-            self._stalled(now, now - until)
+        # A wait for an instant that was past already is no stall.
+        late_ns = now - max(until, began_at)
+        if late_ns > STALL_NS and not also:
+            self._stalled(now, late_ns)
         return False
 
     def _stalled(self, now: int, late_ns: int) -> None:
@@ -247,8 +272,7 @@ class BenchCore:
         if health is not None:
             for due, sent in self.carry_out(health.late()):
                 self.lateness.add(due, sent)
-        while self.pump(self.now()):
-            pass
+        self.drain()
 
     # Doing.
 

@@ -102,7 +102,6 @@ class JudgingBench(BenchCore):
         Raises:
             DeviceFailure, InconclusiveResult: what it found.
         """
-        self.settle()
         self._close_watch(off=False)
         for verdict in self._found:
             self.conclude(verdict)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
@@ -14,6 +15,7 @@ from hil_tests.reporting.results import ResultsFile, TestResult, VerdictRow
 from hil_tests.reporting.rundir import RunDirectory
 from hil_tests.run import outcome
 from hil_tests.run.opening import open_bench
+from hil_tests.run.options import OPTIONS
 
 if TYPE_CHECKING:
     from hil_tests.bench.bench import Bench
@@ -183,11 +185,9 @@ class Run:
 
     def reproduce(self, test: str) -> str:
         """A command line that repeats one test as it ran here."""
-        options = [part for part in self.command if part.startswith("--can-")]
-        seed = f"--can-seed={self.plan.settings['can_seed']}"
-        if not any(part.startswith("--can-seed") for part in options):
-            options.append(seed)
-        return " ".join(["pytest", *options, f"'{test}'"])
+        seed = self.plan.settings["can_seed"]
+        options = own_options(self.command, f"--can-seed={seed}")
+        return " ".join(["pytest", *options, shlex.quote(test)])
 
     # The end.
 
@@ -198,6 +198,7 @@ class Run:
         if bench is not None:
             if self.broken is None:
                 try:
+                    bench.begin()
                     bench.go_home()
                 except Exception as error:  # noqa: BLE001  the end of a run reports, never raises
                     problems.append(f"the device could not be put back as it was: {error}")
@@ -219,6 +220,19 @@ class Run:
             "stalls": bench.stalls if bench else 0,
             "host_late_ns": bench.lateness.worst_ns if bench else 0,
         }
+
+
+def own_options(command: Sequence[str], seed: str) -> list[str]:
+    """The options of ours in a command line, with their values; and the seed in any case."""
+    takes_value = {f"--{option.name}" for option in OPTIONS if option.kind != "switch"}
+    kept: list[str] = []
+    parts = iter(command)
+    for part in parts:
+        if part.startswith("--can-") and not part.startswith("--can-seed"):
+            kept.append(shlex.quote(part))
+            if part in takes_value:
+                kept.append(shlex.quote(next(parts, "")))
+    return [*kept, seed]
 
 
 def _row(verdict: Verdict, claimed: Sequence[str]) -> VerdictRow:
