@@ -1,4 +1,4 @@
-"""`nodeproof vcan -- COMMAND`: its options, and the choice between this kernel and a virtual machine."""
+"""`nodeproof vcan -- COMMAND`: its options, and the choice between this kernel and a machine."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from hil_tests.vm import equipment, guest, kernel, modules, native
@@ -19,9 +20,11 @@ from hil_tests.vm.shell import HostShell, Shell, cache_folder
 # The project's status for "bench or bus unavailable".
 UNAVAILABLE = 11
 
-_DESCRIPTION = """Runs COMMAND where a SocketCAN interface exists: on this kernel where it can, else in a virtual machine that
-boots on this very file system. In the machine time is virtual: waiting costs next to nothing, and timing does not suffer from
-a busy host. What COMMAND writes there is lost, except in the folders given with --results."""
+_DESCRIPTION = """Runs COMMAND where a SocketCAN interface exists: on this kernel if possible, else
+in a virtual machine that boots on this very file system. In the machine time is virtual: waiting
+costs next to nothing, and timing does not suffer from a busy host. What COMMAND writes there is
+lost, except in the folders given with --results. Exit status: COMMAND's; 11 where no SocketCAN is
+to be had, 124 when the time was over."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,14 +38,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _add_choices(parser: argparse.ArgumentParser) -> None:
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--vm", action="store_true", help="use the machine even where this kernel has vcan")
+    where.add_argument("--vm", action="store_true", help="use the machine in any case")
     where.add_argument("--native", action="store_true", help="never use the machine")
     where.add_argument("--check", action="store_true", help="only say what would be used, and why")
-    where.add_argument("--setup", action="store_true", help="fetch the machine's parts (without COMMAND: only that)")
+    where.add_argument("--setup", action="store_true", help="fetch what the machine lacks")
     parser.add_argument(
-        "--channel", action="append", metavar="NAME", help="CAN interface to have (default vcan0; may be repeated)"
+        "--channel",
+        action="append",
+        metavar="NAME",
+        help="CAN interface to have (default vcan0; may be repeated)",
     )
-    parser.add_argument("--quiet", action="store_true", help="print nothing but the command's own output and errors")
+    parser.add_argument("--quiet", action="store_true", help="print no progress")
 
 
 def _add_machine(parser: argparse.ArgumentParser) -> None:
@@ -53,29 +59,33 @@ def _add_machine(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     machine.add_argument(
         "--compile", action="append", type=Path, default=[], metavar="DIR",
-        help="compile the Python files in DIR first: importing them uncompiled is slow in there (may be repeated)",
+        help="compile the Python files in DIR first: importing them uncompiled is slow in there",
     )  # fmt: skip
-    machine.add_argument("--timeout", type=float, metavar="SECONDS", help="end the machine after that long (exit status 124)")
-    machine.add_argument("--memory", default="1G", metavar="SIZE", help="memory of the machine (default 1G)")
+    machine.add_argument(
+        "--timeout", type=float, metavar="SECONDS", help="end the machine after that"
+    )
+    machine.add_argument("--memory", default="1G", metavar="SIZE", help="its memory (default 1G)")
     machine.add_argument(
         "--shift", type=int, choices=range(11), default=0, metavar="N",
-        help="an instruction takes 2^N ns of the machine's time (default 0: the fastest processor)",
+        help="an instruction takes 2^N ns of its time (default 0: the fastest processor)",
     )  # fmt: skip
-    machine.add_argument("--kernel", type=Path, metavar="PATH", help="kernel to boot, a file like /boot/vmlinuz-RELEASE")
+    machine.add_argument(
+        "--kernel", type=Path, metavar="PATH", help="a file like /boot/vmlinuz-RELEASE"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Does what the options say and returns the exit status: the command's, 11 where there is no SocketCAN to be had."""
+    """Does what the options say and returns the exit status: the command's, or 11."""
     try:
         return _run(options, HostShell())
     except Unavailable as unavailable:
-        print(f"nodeproof vcan: {unavailable}", file=sys.stderr)
+        _say(str(unavailable))
         return UNAVAILABLE
 
 
 def _run(options: argparse.Namespace, shell: Shell) -> int:
     if options.check:
-        print(availability(shell, _channels(options), options.kernel))
+        sys.stdout.write(availability(shell, _channels(options), options.kernel) + "\n")
         return 0
     if options.setup:
         _set_up(options, shell)
@@ -83,14 +93,17 @@ def _run(options: argparse.Namespace, shell: Shell) -> int:
     if not command:
         if options.setup:
             return 0
-        raise Unavailable("There is no command to run. Write it after two dashes: nodeproof vcan -- pytest --can-iface vcan0")
+        raise Unavailable(
+            "There is no command to run. Write it after two dashes:"
+            " nodeproof vcan -- pytest --can-iface vcan0"
+        )
     if _is_native(options, shell):
         return _natively(command)
     return _in_machine(options, shell, command)
 
 
 def availability(shell: Shell, channels: Sequence[str], kernel_given: Path | None = None) -> str:
-    """Returns in one line what would be used: this kernel, a machine, or nothing and why. Changes nothing."""
+    """Returns in one line what would be used: this kernel, a machine, or nothing and why."""
     obstacle = native.obstacle(channels, shell, native.kernel_has_can, native.is_up)
     if obstacle is None:
         return f"native: {', '.join(channels)} on this kernel"
@@ -112,7 +125,12 @@ def _command(options: argparse.Namespace) -> list[str]:
 
 def _note(options: argparse.Namespace, text: str) -> None:
     if not options.quiet:
-        print(f"nodeproof vcan: {text}", file=sys.stderr, flush=True)
+        _say(text)
+
+
+def _say(text: str) -> None:
+    sys.stderr.write(f"nodeproof vcan: {text}\n")
+    sys.stderr.flush()
 
 
 def _set_up(options: argparse.Namespace, shell: Shell) -> None:
@@ -137,12 +155,13 @@ def _is_native(options: argparse.Namespace, shell: Shell) -> bool:
         except Unavailable as unavailable:
             why = f"this kernel cannot make {', '.join(channels)}: {unavailable}"
     if why is not None and options.native:
-        raise Unavailable(f"--native was asked for, but {why}. Without --native a virtual machine is used.")
-    _note(options, f"using {', '.join(channels)} of this kernel" if why is None else f"using a virtual machine: {why}")
+        raise Unavailable(f"--native was asked for, but {why}. Without it a machine is used.")
+    here = f"using {', '.join(channels)} of this kernel"
+    _note(options, here if why is None else f"using a virtual machine: {why}")
     return why is None
 
 
-def _natively(command: Sequence[str]) -> int:
+def _natively(command: list[str]) -> int:
     sys.stdout.flush()
     try:
         # The same process goes on as the command, so signals and exit status need no care.
@@ -156,14 +175,30 @@ def _in_machine(options: argparse.Namespace, shell: Shell, command: Sequence[str
     booted = kernel.unpacked(found.kernel, cache_folder(os.environ) / "unpacked")
     results = tuple(_made(path) for path in options.results)
     _compile(options)
-    with tempfile.TemporaryDirectory(prefix="nodeproof-vcan-", ignore_cleanup_errors=True) as folder:
-        machine = Machine(found.qemu, booted.image, options.shift, options.memory, results, Path(folder))
-        job = guest.Job(tuple(command), Path.cwd(), dict(os.environ), tuple(_channels(options)), results)
-        files = guest.initial_files(job, found.busybox.read_bytes(), modules.closure(booted.modules))
-        machine.initrd().write_bytes(files)
+    with _run_folder() as folder:
+        machine = Machine(
+            found.qemu, booted.image, options.shift, options.memory, results, Path(folder)
+        )
+        job = guest.Job(
+            tuple(command), Path.cwd(), dict(os.environ), tuple(_channels(options)), results
+        )
+        loaded = modules.closure(booted.modules)
+        machine.initrd().write_bytes(guest.initial_files(job, found.busybox.read_bytes(), loaded))
         _note(options, f"booting kernel {booted.release}, which takes some ten seconds")
-        tails = Tail(machine.port("stdout"), sys.stdout.buffer), Tail(machine.port("stderr"), sys.stderr.buffer)
-        return Launcher(machine, tails, lambda text: _note(options, text), options.timeout).run()
+        say = partial(_note, options)
+        return Launcher(machine, _tails(machine), say, options.timeout).run()
+
+
+def _run_folder() -> tempfile.TemporaryDirectory[str]:
+    """Returns a new folder, so that machines at the same time do not meet."""
+    return tempfile.TemporaryDirectory(prefix="nodeproof-vcan-", ignore_cleanup_errors=True)
+
+
+def _tails(machine: Machine) -> tuple[Tail, Tail]:
+    return (
+        Tail(machine.port("stdout"), sys.stdout.buffer),
+        Tail(machine.port("stderr"), sys.stderr.buffer),
+    )
 
 
 def _made(path: Path) -> Path:
@@ -171,11 +206,14 @@ def _made(path: Path) -> Path:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise Unavailable(f"The results folder {path} cannot be made: {error.strerror}. Choose another.") from error
+        raise Unavailable(
+            f"The results folder {path} cannot be made: {error.strerror}. Choose another."
+        ) from error
     return path.resolve()
 
 
 def _compile(options: argparse.Namespace) -> None:
     for folder in options.compile:
         # A file that does not compile is the command's affair, which will say so better.
-        subprocess.run([sys.executable, "-m", "compileall", "-q", str(folder)], stdout=subprocess.DEVNULL, check=False)
+        compile_all = [sys.executable, "-m", "compileall", "-q", str(folder)]
+        subprocess.run(compile_all, stdout=subprocess.DEVNULL, check=False)

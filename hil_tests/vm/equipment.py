@@ -41,13 +41,13 @@ def gather(shell: Shell, cache: Path, kernel_given: Path | None) -> Equipment:
     qemu, busybox = shell.find(_QEMU), _busybox(shell, cache)
     if qemu is not None and busybox is not None and found is not None:
         return Equipment(qemu, busybox, found)
-    lacks = {f"QEMU ({_QEMU})": qemu, "a static busybox": busybox, "a guest kernel with vcan": found}
-    missing = [name for name, value in lacks.items() if value is None]
+    parts = {_QEMU: qemu, "a static busybox": busybox, "a guest kernel with vcan": found}
+    missing = [name for name, value in parts.items() if value is None]
     raise Unavailable(f"The virtual machine lacks {', '.join(missing)}. {_REMEDY}")
 
 
 def set_up(shell: Shell, cache: Path) -> list[str]:
-    """Fetches what is missing, and returns the commands that are left for the user (who is not root).
+    """Fetches what is missing, and returns the commands that are left for root to run.
 
     Raises:
         Unavailable: The distribution's archive does not have it, or there is no apt here.
@@ -73,19 +73,22 @@ def _kernels(cache: Path) -> Path:
 def _busybox(shell: Shell, cache: Path) -> Path | None:
     """Returns a busybox that runs where no library is: one fetched earlier, or the host's."""
     fetched = [path for path in (cache / "busybox").rglob("bin/busybox") if path.is_file()]
-    installed = [Path(path) for name in ("busybox-static", "busybox") if (path := shell.find(name))]
-    return next((path for path in (*fetched, *installed) if _is_static(path)), None)
+    installed = [shell.find(name) for name in ("busybox-static", "busybox")]
+    found = (*fetched, *(Path(path) for path in installed if path))
+    return next((path for path in found if _is_static(path)), None)
 
 
 def _is_static(program: Path) -> bool:
-    """Whether an ELF program asks for no dynamic loader; the loader's path stands near its beginning."""
-    return b"/ld-linux" not in program.read_bytes()[:4096] and b"/ld-musl" not in program.read_bytes()[:4096]
+    """Whether an ELF program asks for no dynamic loader, whose path would stand near the start."""
+    start = program.read_bytes()[:4096]
+    return b"/ld-linux" not in start and b"/ld-musl" not in start
 
 
 def _need_linux_on_x86() -> None:
     here = platform.system(), platform.machine()
     if here != ("Linux", "x86_64"):
         raise Unavailable(
-            f"The virtual machine runs this host's own programs and is made for Linux on x86_64; this is {' on '.join(here)}."
-            " Run nodeproof in a Linux container, or use virtual time (plain `pytest`), which needs no SocketCAN."
+            "The virtual machine runs this host's own programs and is made for Linux on x86_64;"
+            f" this is {' on '.join(here)}. Run nodeproof in a Linux container, or use virtual"
+            " time (plain `pytest`), which needs no SocketCAN."
         )

@@ -2,4 +2,4 @@
 
 
 class Unavailable(Exception):
-    """The machine or the interface cannot be had; the message is one paragraph that ends with a remedy."""
+    """There is no machine or no interface; the message is a paragraph that ends with a remedy."""

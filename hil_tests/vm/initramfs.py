@@ -1,8 +1,9 @@
 """Writes an initial RAM file system: the first files that a Linux kernel sees.
 
-The format is the "newc" cpio archive, as described in the kernel's Documentation/driver-api/early-userspace/buffer-format.rst:
-a header of ASCII hexadecimal numbers, the name, the data, each padded to four bytes. Writing it here spares the host the
-`cpio` program, and lets an archive hold device nodes although no root made them.
+The format is the "newc" cpio archive, as described in the kernel's
+Documentation/driver-api/early-userspace/buffer-format.rst: a header of ASCII hexadecimal numbers,
+the name, the data, each padded to four bytes. Writing it here spares the host the `cpio` program,
+and lets an archive hold device nodes although no root made them.
 """
 
 from __future__ import annotations
@@ -43,12 +44,12 @@ def regular(name: str, data: bytes, *, executable: bool = False) -> Entry:
 
 
 def character_device(name: str, major: int, minor: int) -> Entry:
-    """Returns a character device node; the kernel opens /dev/console before anything is mounted."""
+    """Returns a character device node; /dev/console is opened before anything is mounted."""
     return Entry(name, stat.S_IFCHR | 0o600, device=(major, minor))
 
 
 def archive(entries: Iterable[Entry]) -> bytes:
-    """Returns the entries as one uncompressed cpio archive (unpacking costs the guest more than loading)."""
+    """Returns the entries as one uncompressed cpio archive (to unpack costs the guest more)."""
     written = bytearray()
     for inode, entry in enumerate((*entries, Entry(_TRAILER, 0)), start=1):
         written += _packed(entry, inode)

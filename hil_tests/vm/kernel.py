@@ -1,4 +1,4 @@
-"""Finds a kernel for the guest: the user's, one fetched earlier, or one that this host could boot itself."""
+"""Finds a kernel for the guest: the user's, one fetched earlier, or one of this host."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class GuestKernel:
 def given(path: Path) -> GuestKernel:
     """Returns the kernel that a user named.
 
-    Its modules are looked for beside the file, as in an unpacked package (boot/vmlinuz-RELEASE with lib/modules/RELEASE),
-    then on this host.
+    Its modules are looked for beside the file, as in an unpacked package (boot/vmlinuz-RELEASE
+    with lib/modules/RELEASE), then on this host.
 
     Raises:
         Unavailable: It is no kernel, or its modules are not to be found.
@@ -41,8 +41,8 @@ def given(path: Path) -> GuestKernel:
         if folder.is_dir():
             return GuestKernel(release, path, folder)
     raise Unavailable(
-        f"The modules of {path} were not found: put them into lib/modules/{release} beside its folder"
-        " (unpack the kernel's whole package, e.g. with `dpkg -x PACKAGE.deb FOLDER`)."
+        f"The modules of {path} were not found: put them into lib/modules/{release} beside its"
+        " folder (unpack the kernel's whole package, e.g. with `dpkg -x PACKAGE.deb FOLDER`)."
     )
 
 
@@ -53,7 +53,8 @@ def find(kernels: Path, host: Path = Path("/")) -> GuestKernel | None:
         kernels: The folder of fetched kernels; the newest of them comes first.
         host: The root of the host's file system, whose own kernels come next.
     """
-    for path in (*_newest_first(kernels.glob("*/boot/vmlinuz-*")), *_newest_first((host / "boot").glob("vmlinuz-*"))):
+    fetched = _newest_first(kernels.glob("*/boot/vmlinuz-*"))
+    for path in (*fetched, *_newest_first((host / "boot").glob("vmlinuz-*"))):
         try:
             kernel = given(path)
             modules.closure(kernel.modules)
@@ -69,7 +70,7 @@ def _newest_first(paths: Iterator[Path]) -> list[Path]:
 
 
 def unpacked(kernel: GuestKernel, folder: Path) -> GuestKernel:
-    """Returns the kernel with an image that boots faster, kept in `folder`; the same kernel where that cannot be made."""
+    """Returns the kernel with an image that boots faster, kept in `folder`, if one can be made."""
     target = folder / f"vmlinux-{kernel.release}"
     if not _is_current(target, kernel.image):
         elf = image.uncompressed(kernel.image.read_bytes())

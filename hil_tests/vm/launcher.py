@@ -1,7 +1,8 @@
 """Runs a machine: passes its output on as it comes, stops it in time, and says how it ended.
 
-The outputs are files that QEMU appends to and this side follows: what the guest printed stays when the guest, QEMU or the
-launcher dies. A stop is asked for first (the command gets the signal and may finish its reports), then enforced.
+The outputs are files that QEMU appends to and this side follows: what the guest printed stays
+when the guest, QEMU or the launcher dies. A stop is asked for first (the command gets the signal
+and may finish its reports), then enforced.
 """
 
 from __future__ import annotations
@@ -14,9 +15,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
-from typing import BinaryIO, Protocol
+from typing import IO, BinaryIO, Protocol
 
 from hil_tests.vm.errors import Unavailable
+from hil_tests.vm.guest import COPY
 from hil_tests.vm.machine import Machine
 
 # As timeout(1) has it, and as shells report a signal.
@@ -27,14 +29,17 @@ _POLL_S = 0.05
 # How long a guest that was asked to stop may take to finish its reports and write them out.
 _GRACE_S = 30.0
 _KILL_AFTER_S = 5.0
+_COPY_EVERY_S = 5.0
 _CONSOLE_LINES = 12
+# What the kernel and QEMU call their troubles.
+_TROUBLE = ("Kernel panic", "BUG:", "Out of memory", "qemu-system", "could not be")
 
 
 class Process(Protocol):
     """What is used of `subprocess.Popen`."""
 
     @property
-    def stdin(self) -> BinaryIO | None:
+    def stdin(self) -> IO[bytes] | None:
         """Leads to the guest's control port."""
         ...
 
@@ -91,7 +96,8 @@ class Signals:
     @contextmanager
     def caught(self) -> Iterator[None]:
         """Catches Ctrl-C and SIGTERM while inside."""
-        before = {number: signal.signal(number, self.note) for number in (signal.SIGINT, signal.SIGTERM)}
+        caught = (signal.SIGINT, signal.SIGTERM)
+        before = {number: signal.signal(number, self.note) for number in caught}
         try:
             yield
         finally:
@@ -120,15 +126,18 @@ class Launcher:
     _ready: bool = False
     _timed_out: bool = False
     _asked_at: float | None = None
+    _copied_at: float = 0.0
 
     def run(self) -> int:
         """Runs the machine to its end and returns the exit status for the user.
 
         Raises:
-            Unavailable: The machine could not be started, or ended without saying how the command did.
+            Unavailable: The machine could not be started, or ended without saying how the command
+            did.
         """
         with self._signals.caught():
-            # A session of its own: Ctrl-C in the terminal reaches the launcher alone, which then asks the guest.
+            # A session of its own: Ctrl-C in the terminal reaches the launcher alone, which then
+            # asks the guest.
             process = subprocess.Popen(
                 self.machine.command_line(), stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
                 stderr=self.machine.port("qemu").open("wb"), start_new_session=True,
@@ -149,6 +158,7 @@ class Launcher:
                 tail.copy()
             self._greet(self.clock() - began_at)
             self._stop(process, self.clock() - began_at)
+            self._copy(process)
 
     def _greet(self, elapsed_s: float) -> None:
         if not self._ready and self._status("ready") is not None:
@@ -160,25 +170,33 @@ class Launcher:
         if self._asked_at is not None:
             return
         if self._signals.seen:
-            self._ask(process, self._signals.seen[0].name.removeprefix("SIG"))
-            self.say(f"stopping the guest; it has {_GRACE_S:.0f} s to finish (Ctrl-C again ends it at once)")
+            self._asked_at = self.clock()
+            self._tell(process, self._signals.seen[0].name.removeprefix("SIG"))
+            self.say(f"stopping the guest, within {_GRACE_S:.0f} s (Ctrl-C again: at once)")
         elif self.timeout_s is not None and elapsed_s > self.timeout_s:
             self._timed_out = True
-            self.say(f"time is over after {self.timeout_s:g} s; the guest has {_GRACE_S:.0f} s to finish")
-            self._ask(process, "TERM")
+            self._asked_at = self.clock()
+            self.say(f"time is over after {self.timeout_s:g} s; stopping the guest")
+            self._tell(process, "TERM")
 
-    def _ask(self, process: Process, name: str) -> None:
-        self._asked_at = self.clock()
+    def _copy(self, process: Process) -> None:
+        """Has the results brought out now and then, so that not much is lost when it dies."""
+        due = self._ready and self.clock() - self._copied_at > _COPY_EVERY_S
+        if due and self._asked_at is None and self.machine.results:
+            self._copied_at = self.clock()
+            self._tell(process, COPY)
+
+    def _tell(self, process: Process, word: str) -> None:
         if process.stdin is not None:
             try:
-                process.stdin.write(f"{name}\n".encode())
+                process.stdin.write(f"{word}\n".encode())
                 process.stdin.flush()
             except BrokenPipeError:
                 # It ended by itself in this very moment.
                 return
 
     def _must_end(self) -> bool:
-        """Whether patience is over: nothing to ask yet, asked twice, or no answer within the grace."""
+        """Whether patience is over: nobody to ask yet, asked twice, or no answer in time."""
         if self._asked_at is None:
             return False
         impatient = len(self._signals.seen) > 1
@@ -188,7 +206,8 @@ class Launcher:
         """Returns what follows a word on the status port, None where the guest has not said it."""
         path = self.machine.port("status")
         lines = path.read_text(errors="replace").splitlines() if path.exists() else []
-        return next((line.removeprefix(word).strip() for line in lines if line.split(" ")[0] == word), None)
+        said = (line.partition(" ") for line in lines)
+        return next((rest for first, _, rest in said if first == word), None)
 
     def exit_status(self) -> int:
         """Returns the command's exit status, or what stands for it where it was stopped.
@@ -199,7 +218,7 @@ class Launcher:
         said = self._status("exit")
         if self._timed_out:
             if said is None:
-                self.say("the guest did not answer and was ended; of its last second, output and results may be missing")
+                self.say("the guest did not answer; results of its last seconds may be missing")
             return TIMED_OUT
         if said is not None:
             return int(said)
@@ -215,8 +234,9 @@ class Launcher:
             return f"The guest could not be set up: {why}. Its last messages:\n{said}"
         when = "while the command ran" if self._ready else "before the command could start"
         return (
-            f"The virtual machine ended {when}. What it printed and wrote until then is kept. Its last messages:\n{said}\n"
-            "If memory ran out, try --memory 2G; if the kernel did not start, try another with --kernel PATH."
+            f"The virtual machine ended {when}; what it printed until then is above. Its last"
+            f" messages:\n{said}\nIf memory ran out, try --memory 2G; if the kernel did not start,"
+            " try another with --kernel PATH."
         )
 
 
@@ -241,6 +261,7 @@ def _end(process: Process) -> None:
 
 
 def _last_lines(path: Path) -> list[str]:
-    if not path.exists():
-        return []
-    return path.read_text(errors="replace").splitlines()[-_CONSOLE_LINES:]
+    """Returns the lines that name the trouble, else simply the last ones."""
+    lines = path.read_text(errors="replace").splitlines() if path.exists() else []
+    telling = [line for line in lines if any(word in line for word in _TROUBLE)]
+    return (telling or lines)[-_CONSOLE_LINES:]

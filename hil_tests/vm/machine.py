@@ -7,9 +7,18 @@ from pathlib import Path
 
 from hil_tests.vm.guest import CONTROL, HOST_TAG, PORTS, results_tag
 
-# The guest runs one trusted command on an emulated processor: mitigations and randomised addresses only cost time
-# (a sixth of the boot). A panic ends the machine at once (-1), which -no-reboot turns into QEMU's exit.
-_KERNEL_ARGUMENTS = "console=ttyS0 quiet loglevel=4 panic=-1 mitigations=off nokaslr audit=0 apparmor=0"
+# - mitigations, nokaslr: the guest runs one trusted command on an emulated processor; safeguards
+#   would only cost time.
+# - nohz=off keeps the timer tick (4 ms) while the guest idles. A process that waits for the
+#   host's file system leaves the processor idle, and the clock then leaps to the next timer until
+#   the answer is there: without ticks by seconds, once by two minutes, with them by 4 to 50 ms.
+#   The ticks cost about a second of wall time in a minute of sleep.
+# - preempt=full lets a frame wake its reader at once.
+# - A panic ends the machine at once (-1), which -no-reboot turns into QEMU's exit.
+_KERNEL_ARGUMENTS = (
+    "console=ttyS0 quiet loglevel=4 panic=-1 mitigations=off nokaslr audit=0 apparmor=0"
+    " nohz=off preempt=full"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,8 +28,8 @@ class Machine:
     Attributes:
         qemu: The emulator.
         kernel: Boot image or uncompressed kernel.
-        shift: An instruction takes 2**shift ns of guest time. 0 is the fastest processor: latencies measured in guest
-            time are the smallest; 1 and 2 make the model and the tester look slower.
+        shift: An instruction takes 2**shift ns of guest time. 0 is the fastest processor: the
+            latencies of model and tester, measured in guest time, are the smallest.
         memory: As QEMU's -m, e.g. "1G".
         results: Folders of the host that the guest may write to.
         folder: Where this run's files are: initial files, outputs, console.
@@ -42,7 +51,7 @@ class Machine:
         return self.folder / "console"
 
     def port(self, name: str) -> Path:
-        """Returns the file that the host's end of a serial port writes to (`control` reads QEMU's standard input instead)."""
+        """Returns the file that a serial port ends in (`control` is QEMU's standard input)."""
         return self.folder / name
 
     def command_line(self) -> list[str]:
@@ -53,8 +62,9 @@ class Machine:
         ]  # fmt: skip
 
     def _processor(self) -> list[str]:
-        # Counted instructions are the guest's clock, and sleep=off skips the time in which it idles; -rtc makes the
-        # date follow. Both work without KVM alone, with one processor. q35 and `max` so that any host's programs run.
+        # Counted instructions are the guest's clock, and sleep=off skips the time in which it
+        # idles; -rtc makes the date follow. Both work without KVM alone, with one processor. q35
+        # and `max` so that any host's programs run.
         icount = f"shift={self.shift},sleep=off"
         return [
             "-machine", "q35", "-accel", "tcg", "-cpu", "max", "-smp", "1", "-m", self.memory,
@@ -63,16 +73,19 @@ class Machine:
 
     def _boot(self) -> list[str]:
         return [
-            "-kernel", str(self.kernel), "-initrd", str(self.initrd()), "-append", _KERNEL_ARGUMENTS,
-            "-chardev", f"file,id=console,path={_escaped(self.console())}", "-serial", "chardev:console",
+            "-kernel", str(self.kernel), "-initrd", str(self.initrd()),
+            "-append", _KERNEL_ARGUMENTS,
+            "-chardev", f"file,id=console,path={_escaped(self.console())}",
+            "-serial", "chardev:console",
         ]  # fmt: skip
 
     def _ports(self) -> list[str]:
-        # Without ioeventfd the emulator handles a write at once, in the processor's thread, not later in another one.
-        # There the guest's clock does not run on meanwhile.
+        # Without ioeventfd the emulator handles a write at once, in the processor's thread, not
+        # later in another one. There the guest's clock does not run on meanwhile.
         line = ["-device", "virtio-serial-pci,ioeventfd=off"]
         for name in PORTS:
-            backend = "stdio,signal=off" if name == CONTROL else f"file,path={_escaped(self.port(name))}"
+            file = f"file,path={_escaped(self.port(name))}"
+            backend = "stdio,signal=off" if name == CONTROL else file
             line += ["-chardev", f"{backend},id={name}"]
             line += ["-device", f"virtserialport,name={name},chardev={name}"]
         return line
@@ -85,8 +98,9 @@ class Machine:
 
 
 def _share(tag: str, path: Path, access: str) -> list[str]:
-    # security_model=none: files appear with the owners that they have, and what the guest writes belongs to whoever
-    # runs QEMU. remap keeps the file numbers of several host file systems apart.
+    # security_model=none: files appear with the owners that they have, and what the guest writes
+    # belongs to whoever runs QEMU. remap keeps the file numbers of several host file systems
+    # apart.
     share = f"local,id={tag},path={_escaped(path)},security_model=none,multidevs=remap{access}"
     return ["-fsdev", share, "-device", f"virtio-9p-pci,fsdev={tag},mount_tag={tag}"]
 

@@ -1,7 +1,8 @@
 """Which kernel modules the guest needs, in the order in which they must be loaded.
 
-The dependencies are read from the modules themselves (the `depends=` field of their .modinfo section), so neither
-`depmod` nor its index is needed, and a package that was only unpacked will do.
+The dependencies are read from the modules themselves (the `depends=` field of their .modinfo
+section), so neither `depmod` nor its index is needed, and a package that was only unpacked will
+do.
 """
 
 from __future__ import annotations
@@ -16,9 +17,11 @@ from pathlib import Path
 
 from hil_tests.vm.errors import Unavailable
 
-# The file system of the host (9p over virtio, with an overlay that takes the writes), the serial ports that carry the
-# output, and CAN. A kernel may have any of them built in.
-NEEDED = ("virtio_pci", "9pnet_virtio", "9p", "virtio_console", "overlay", "can", "can_raw", "vcan")
+# The file system of the host (9p over virtio, with an overlay that takes the writes), the serial
+# ports that carry the output, and CAN. A kernel may have any of them built in.
+NEEDED = (
+    "virtio_pci", "9pnet_virtio", "9p", "virtio_console", "overlay", "can", "can_raw", "vcan",
+)  # fmt: skip
 
 _DEPENDS = re.compile(rb"\0depends=([^\0]*)\0")
 
@@ -54,13 +57,16 @@ def closure(folder: Path, names: tuple[str, ...] = NEEDED) -> tuple[Module, ...]
     return tuple(loaded.values())
 
 
-def _load(name: str, files: dict[str, Path], builtin: frozenset[str], loaded: dict[str, Module]) -> None:
+def _load(
+    name: str, files: dict[str, Path], builtin: frozenset[str], loaded: dict[str, Module]
+) -> None:
     if name in loaded or name in builtin:
         return
     if name not in files:
         raise Unavailable(
-            f"The guest kernel has no module {name!r}. Choose another kernel with --kernel PATH; Debian's stock kernel has"
-            " it (nodeproof vcan --setup fetches it), Ubuntu keeps it in linux-modules-extra."
+            f"The guest kernel has no module {name!r}. Choose another kernel with --kernel PATH;"
+            " Debian's stock kernel has it (nodeproof vcan --setup fetches it), Ubuntu keeps it"
+            " in linux-modules-extra."
         )
     data = _uncompressed(files[name])
     depends = _DEPENDS.search(data)
@@ -96,5 +102,5 @@ def _uncompressed(path: Path) -> bytes:
 def _unzstd(data: bytes, path: Path) -> bytes:
     zstd = shutil.which("zstd")
     if zstd is None:
-        raise Unavailable(f"The kernel module {path.name} is compressed with zstd: install the program `zstd`.")
+        raise Unavailable(f"{path.name} is compressed with zstd: install the program `zstd`.")
     return subprocess.run([zstd, "-dc"], input=data, capture_output=True, check=True).stdout

@@ -33,8 +33,10 @@ def is_up(channel: str, interfaces: Path = Path("/sys/class/net")) -> bool:
     return kind == _CAN and bool(flags & _UP)
 
 
-def obstacle(channels: Sequence[str], shell: Shell, has_can: Callable[[], bool], up: Callable[[str], bool]) -> str | None:
-    """Returns why the channels cannot be had on this kernel, None where they are up or can probably be made.
+def obstacle(
+    channels: Sequence[str], shell: Shell, has_can: Callable[[], bool], up: Callable[[str], bool]
+) -> str | None:
+    """Returns why this kernel cannot have the channels, None where they are up or can be made.
 
     Changes nothing. `has_can` and `up` are `kernel_has_can` and `is_up`, or a test's own.
     """
@@ -44,7 +46,9 @@ def obstacle(channels: Sequence[str], shell: Shell, has_can: Callable[[], bool],
     if not down:
         return None
     if not shell.is_root() or shell.find("ip") is None:
-        commands = "; ".join(f"sudo ip link add dev {name} type vcan; sudo ip link set {name} up" for name in down)
+        commands = "; ".join(
+            f"sudo ip link add dev {name} type vcan; sudo ip link set {name} up" for name in down
+        )
         return f"{', '.join(down)} is not up, and only root can make it: {commands}"
     return None
 

@@ -1,7 +1,7 @@
-"""Fetches what the machine needs from the distribution's archive, without installing it and without being root.
+"""Fetches what the machine needs from the distribution's archive, without installing it.
 
-A kernel package is only unpacked: nothing is configured, no boot loader is touched, and removing the cache folder removes
-it all. QEMU alone has to be installed properly.
+No root is needed: a kernel package is only unpacked: nothing is configured, no boot loader is
+touched, and removing the cache folder removes it all. QEMU alone has to be installed properly.
 """
 
 from __future__ import annotations
@@ -32,16 +32,19 @@ def kernel_package(shell: Shell) -> str:
     for newest in _NEWEST_KERNEL:
         if found := _DEPENDS.search(_known(shell, "apt-cache", "depends", newest)):
             return found[1]
-    raise Unavailable("apt knows no kernel package: run `sudo apt-get update`, or give a kernel with --kernel PATH.")
+    raise Unavailable(
+        "apt knows no kernel package: run `sudo apt-get update`, or give one with --kernel PATH."
+    )
 
 
 def fetch_kernel(shell: Shell, folder: Path) -> Path:
-    """Unpacks the distribution's newest kernel into a folder of its own below `folder` and returns it."""
+    """Unpacks the distribution's newest kernel into a folder below `folder` and returns that."""
     package = kernel_package(shell)
     # Ubuntu keeps the modules in packages of their own; Debian has none of these names.
     release = package.removeprefix("linux-image-")
-    extra = [name for name in (f"linux-modules-{release}", f"linux-modules-extra-{release}") if _is_known(shell, name)]
-    return _unpacked(shell, [package, *extra], folder / release)
+    extra = (f"linux-modules-{release}", f"linux-modules-extra-{release}")
+    known = [name for name in extra if _is_known(shell, name)]
+    return _unpacked(shell, [package, *known], folder / release)
 
 
 def fetch_busybox(shell: Shell, folder: Path) -> Path:
@@ -78,8 +81,9 @@ def _moved(unpacked: Path, target: Path) -> None:
 def _need_apt(shell: Shell) -> None:
     if shell.find("apt-get") is None or shell.find("dpkg") is None:
         raise Unavailable(
-            "This system has no apt-get and dpkg to fetch a kernel with: install a static busybox, and give a kernel with"
-            " --kernel PATH (a file like /boot/vmlinuz-RELEASE, its modules in /lib/modules/RELEASE)."
+            "This system has no apt-get and dpkg to fetch a kernel with: install a static busybox,"
+            " and give a kernel with --kernel PATH (a file like /boot/vmlinuz-RELEASE, its modules"
+            " in /lib/modules/RELEASE)."
         )
 
 

@@ -47,8 +47,10 @@ class HostShell:
         """See `Shell.run`."""
         program = self.find(command[0])
         if program is None:
-            raise Unavailable(f"This machine has no program `{command[0]}`; install it and try again.")
-        done = subprocess.run([program, *command[1:]], cwd=cwd, capture_output=True, text=True, check=False)
+            raise Unavailable(f"This machine has no program `{command[0]}`: install it.")
+        done = subprocess.run(
+            [program, *command[1:]], cwd=cwd, capture_output=True, text=True, check=False
+        )
         if done.returncode:
             last = (done.stderr.strip() or done.stdout.strip() or "no message").splitlines()[-1]
             raise Unavailable(f"`{' '.join(command)}` failed ({last}); mend that and try again.")
@@ -61,5 +63,7 @@ class HostShell:
 
 def cache_folder(environment: Mapping[str, str]) -> Path:
     """Returns where fetched kernels are kept, as the XDG base directory specification has it."""
-    base = environment.get("XDG_CACHE_HOME") or str(Path(environment.get("HOME") or "/root") / ".cache")
-    return Path(base) / "nodeproof"
+    base = environment.get("XDG_CACHE_HOME")
+    return (
+        Path(base) if base else Path(environment.get("HOME") or "/root") / ".cache"
+    ) / "nodeproof"
