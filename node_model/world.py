@@ -6,7 +6,7 @@ wire for its exact length (stuff bits included) plus the intermission; of the fr
 wait when the wire falls idle the lowest identifier wins. At one instant devices act before
 stimuli, stimuli before the end of a frame, the end of a frame before the next start.
 
-What the wire does not do: bit errors, error frames, CAN FD. A controller at another bit
+What the wire does not do: bit errors by itself, CAN FD. A controller at another bit
 rate than the wire is deaf and mute and loses what it wanted to send (bus-off); a
 controller that is alone keeps its frames until there is somebody to acknowledge them.
 """
@@ -23,6 +23,10 @@ from node_model.node import Frames, Node
 
 FOREVER = 1 << 62
 DEFAULT_DEPTH = 256
+"""Frames that may wait in a controller and its driver's queue."""
+
+ERROR_FRAME_BITS = 20
+"""Six bits error flag, six more by those who answer it, eight bits delimiter."""
 
 
 class Mailbox(Enum):
@@ -145,6 +149,23 @@ class World:
         """Put a stimulus on the calendar; it is called with its instant."""
         self._order += 1
         heappush(self._events, (max(instant, self.now), 1, self._order, action))
+
+    def jam(self) -> None:
+        """An error frame destroys what is on the wire now; its sender tries again.
+
+        It takes an active error flag, its echo and the delimiter (ISO 11898-1, error frame),
+        then the intermission.
+        """
+        flying = self._flying
+        if flying is not None:
+            sender = flying[4]
+            self._contest = [entry for entry in self._contest if entry[4] is not sender]
+            sender.waiting.appendleft(flying)
+            self._contest += sender.waiting if sender.by_identifier else [flying]
+            heapify(self._contest)
+            self._flying = None
+        busy_bits = ERROR_FRAME_BITS + INTERMISSION_BITS
+        self._idle_from = max(self._idle_from, self.now + busy_bits * self.bit_ns)
 
     # How time passes.
 

@@ -224,6 +224,22 @@ class Bench(JudgingBench):
         self.leave_commissioning(parameters)
         return first
 
+    def leave_unknown(self, bit_rate: int) -> None:
+        """As `leave_commissioning`, where nobody can say what was stored."""
+        if self.power:
+            self.power.off()
+        if self.keys:
+            self.keys.release()
+        self._tune(bit_rate)
+        self.forget()
+        self._close_watch(off=True)
+
+    def tolerate_missing_boot_up(self) -> None:
+        """From here on the device may do what the source leaves open: no monitor judges it."""
+        known, self.parameters = self.parameters, None
+        self._close_watch(off=False)
+        self.parameters = known
+
     def _recommission(self, target: Parameters) -> None:
         try:
             self.commission(target)
@@ -252,6 +268,15 @@ class Bench(JudgingBench):
         """
         if not self.load(frames, share_ppm):
             raise NotRun(f"bench {self.stage.name!r} cannot load the bus to a known share")
+
+    def needs_error_frames(self) -> None:
+        """Put an error frame on the bus.
+
+        Raises:
+            NotRun: this bench cannot.
+        """
+        if not self.stage.disturb():
+            raise NotRun(f"bench {self.stage.name!r} cannot put error frames on the bus")
 
     def needs_exclusive(self) -> None:
         """Raise NotRun where others on the bus would be disturbed."""

@@ -145,12 +145,21 @@ class BenchCore:
         self._began_at = self.now()
         self.watch = self._new_watch(off=False)
 
+    def begin_example(self) -> None:
+        """An example of a property begins: the one before is counted, and its record let go."""
+        self._count()
+        self.begin()
+
     def end(self) -> list[Verdict]:
         """A test ends: what the monitors found in it."""
         self._close_watch(off=False)
+        self._count()
+        return self._found
+
+    def _count(self) -> None:
+        """Frames and bus time of what has ended go to the totals of the run."""
         self.frames += len(self.trace)
         self.bus_ns += max(self.now() - self._began_at, 0)
-        return self._found
 
     def _close_watch(self, *, off: bool) -> None:
         """What one watch found is kept; another begins."""

@@ -78,6 +78,10 @@ class RealStage:
         """A tester's adapter cannot hold a known share of a bus."""
         return False
 
+    def disturb(self) -> bool:
+        """An adapter sends no error frames at will."""
+        return False
+
     def close(self) -> None:
         """Close everything, in reverse order."""
         self._leave.close()

@@ -59,5 +59,8 @@ class Stage(Protocol):
             False where this stage cannot load the bus to a known share.
         """
 
+    def disturb(self) -> bool:
+        """Put an error frame on the bus now; False where this stage cannot."""
+
     def close(self) -> None:
         """Leave everything as it was found; may be called twice."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 from hil_tests.bench.action import LedEdges
 from hil_tests.clock import MS, Interval, S, exactly
-from hil_tests.trace import BusEvent, Sighting
+from hil_tests.trace import BusEvent, EventKind, Sighting
 from node_model.frame import Frame
 from node_model.keypad import Parameters as ModelParameters
 from node_model.keypad import Profile
@@ -46,6 +46,7 @@ class VirtualPort:
         """Sit at another wire from now on."""
         self.world = world
         self.tester = world.attach(None)
+        self._events: list[BusEvent] = []
 
     def now(self) -> int:
         """Virtual time in ns."""
@@ -57,10 +58,17 @@ class VirtualPort:
 
     def next(self, until: int, also: Sequence[int] = ()) -> Sighting | BusEvent | None:  # noqa: ARG002
         """Run the world up to the next frame."""
+        if self._events:
+            return self._events.pop(0)
         found = self.world.next_frame(until)
         if found is None:
             return None
         return Sighting(found[0], found[1], 0, found[2] is self.tester)
+
+    def jam(self) -> None:
+        """Put an error frame on the wire."""
+        self.world.jam()
+        self._events.append(BusEvent(EventKind.ERROR, self.world.now))
 
     def set_bit_rate(self, bit_rate: int) -> None:
         """The wire's bit rate; a device at another one is deaf and mute."""
@@ -148,6 +156,11 @@ class VirtualStage:
         world = self.port.world
         load = Load(frames, share_ppm, world.bit_rate)
         world.act(world.attach(load, depth=LOAD_DEPTH), load.power_on)
+        return True
+
+    def disturb(self) -> bool:
+        """An error frame, now."""
+        self.port.jam()
         return True
 
     # Drivers.

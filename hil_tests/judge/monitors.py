@@ -59,6 +59,7 @@ class AllowedFrames:
         self._timeline = timeline
         self._suspicions: list[Suspicion] = []
         self._requested = False
+        self._identified = node_id is not None
         self._rules: dict[int, tuple[range, States, str]] = {
             ECHO: (range(6, 9), frozenset((State.COMMISSIONING,)), "ROB-02")
         }
@@ -78,6 +79,8 @@ class AllowedFrames:
     def see(self, seen: Seen) -> None:
         frame = seen.frame
         rule = self._rules.get(frame.can_id)
+        if rule is None and not self._identified:
+            return  # without a node id nobody can say whose frame it is
         if rule is None or frame.extended or frame.remote:
             self._suspect("ROB-02", f"the device sent {frame}, which is none of its frames", seen)
             return
@@ -165,6 +168,11 @@ class BootUp:
     def excuse(self) -> None:
         """The device got a frame that it may take for a reset: one boot-up may follow."""
         self._excused += 1
+
+    def tolerate(self) -> None:
+        """The device may boot, or may not: both are left to it."""
+        self._owed = 1
+        self._since = Interval(-1, -1)
 
     def _suspect(self, text: str, seen: Seen) -> None:
         self._suspicions.append(Suspicion("NMT-02", text, seen, always_wrong))

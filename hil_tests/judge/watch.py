@@ -135,6 +135,8 @@ class Watch:
                 monitor.restarted(moment.when, None)
             else:
                 monitor.silenced(moment.when)
+        if mode is None:
+            self._boot.tolerate()
 
     def _silence(self, when: Interval) -> None:
         for monitor in self._monitors:
