@@ -34,7 +34,7 @@ def test_4f8_is_echoed_as_3f8_every_100_ms_from_reception() -> None:
     """The same six bytes; the first echo at once, the others on a grid."""
     mode, _ = waiting()
     assert mode.receive(REQUEST, 7 * MS) == [ECHO]
-    sent = []
+    sent: list[tuple[int, Frame]] = []
     while len(sent) < 5:
         due = mode.deadline()
         assert due is not None

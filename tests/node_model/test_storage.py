@@ -42,8 +42,7 @@ def test_a_record_is_there_once_its_last_byte_is_written() -> None:
     store.advance(1119)
     assert store.load() is None
     store.advance(1120)
-    assert store.load() == OLD
-    assert store.due_at is None
+    assert (store.load(), store.due_at) == (OLD, None)
     assert store.memory[0] == MARK
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
+
 from node_model.faults.link import base_of
 from node_model.faults.parts import Fault
 from node_model.frame import Frame
@@ -210,9 +212,9 @@ class _EchoesOn(Commissioning):
 
     listens_to = None
 
+    @abstractmethod
     def provokes(self, frame: Frame) -> bool:
         """Whether it is such a frame."""
-        raise NotImplementedError
 
     def receive(self, frame: Frame, now: int) -> Frames:
         """The echo that there is, or an empty one."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
+
 from node_model.faults.parts import Fault
 from node_model.frame import Frame
 from node_model.heartbeat import heartbeat_frame
@@ -80,9 +82,9 @@ class EchoStops(Commissioning, Fault):
 class _OtherEcho(Commissioning):
     """The echo differs from what was received."""
 
+    @abstractmethod
     def told(self, received: bytes) -> bytes:
         """Bytes of the echo."""
-        raise NotImplementedError
 
     def echo_frame(self, parameters: Parameters) -> Frame:
         """3F8h with those bytes."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 
 from node_model.debounce import Debouncer
@@ -106,9 +107,9 @@ class EntryFrameLate(Operation, Fault):
 class _OtherPayload(Operation):
     """Key frames show something else."""
 
+    @abstractmethod
     def shown(self, mask: int) -> int:
         """Bits of the key frame."""
-        raise NotImplementedError
 
     def key_frame(self, mask: int) -> Frame:
         """A key frame with those bits."""

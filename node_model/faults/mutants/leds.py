@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
+
 from node_model.faults.link import Slow, base_of
 from node_model.faults.parts import Fault
 from node_model.frame import Frame
@@ -292,9 +294,9 @@ class _TakesFrom(Operation):
         """Everything."""
         return None
 
+    @abstractmethod
     def own(self, frame: Frame) -> Frame:
         """The frame as it is understood."""
-        raise NotImplementedError
 
     def receive(self, frame: Frame, now: int) -> Frames:
         """The usual, with what is understood."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
+
 from node_model.faults.link import Slow
 from node_model.faults.parts import Fault
 from node_model.frame import Frame
@@ -140,9 +142,9 @@ class ResetLosesParameters(Operation, Fault):
 class _Addressed(Operation):
     """Takes NMT frames for other addresses than it should."""
 
+    @abstractmethod
     def address(self, frame: Frame) -> int:
         """The id for which the frame is read."""
-        raise NotImplementedError
 
     def command(self, frame: Frame) -> NmtCommand | None:
         """The command in the frame, read for that id."""

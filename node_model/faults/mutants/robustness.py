@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
+
 from node_model.emcy import EMCY_BASE, emcy_frame
 from node_model.faults.link import AsExtended, AsRemote, Corrupt, WrongLength, WrongRate, base_of
 from node_model.faults.mutants.heartbeat import is_beat
@@ -30,9 +32,9 @@ class _Open(Operation):
         own = super().acceptance() or ()
         return frame.extended or frame.can_id not in own
 
+    @abstractmethod
     def upset_by(self, frame: Frame) -> bool:
         """Whether a frame does harm."""
-        raise NotImplementedError
 
     def harm(self, now: int) -> Frames:
         """What it does."""

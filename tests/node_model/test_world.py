@@ -1,0 +1,479 @@
+"""Virtual time: a bit-timed, arbitrated wire, the same on every machine.
+
+The literal lengths were counted bit by bit with `tests/oracles/bits.py`, stuff bits included:
+701#00 has 56 bits, 709#00 55, 709#7F 54, 081#00500100... 121, 555#5555555555555555 109,
+2AA# 46, 155# 46, 124# 45. At 125 kbit/s a bit takes 8000 ns; between two frames are 3 bits.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from node_model.frame import Frame
+from node_model.keypad import Keypad, load
+from node_model.node import MS, NOTHING, Frames, S
+from node_model.world import Controller, Mailbox, World
+from tests.node_model.golden import golden_trace
+
+ROOT = Path(__file__).parents[2]
+BIT = 8000
+BOOT_UP = Frame(0x701, b"\0")
+EMCY = Frame(0x081, b"\x00\x50\x01\x00\x00\x00\x00\x00")
+LONG = Frame(0x555, b"\x55" * 8)
+LOW, HIGH = Frame(0x2AA), Frame(0x155)
+
+
+class Ear:
+    """A node that writes down what it hears, and answers with what it was given."""
+
+    def __init__(self, bit_rate: int = 125_000, answer: Frames = NOTHING) -> None:
+        self.bit_rate = bit_rate
+        self.listens_to: frozenset[int] | None = None
+        self.answer = answer
+        self.heard: list[tuple[int, Frame]] = []
+        self.due_at: int | None = None
+
+    def power_on(self, now: int) -> Frames:  # noqa: ARG002  a verb of every node
+        """Nothing."""
+        return NOTHING
+
+    def power_off(self, now: int) -> Frames:  # noqa: ARG002  a verb of every node
+        """Off the bus."""
+        self.bit_rate = 0
+        return NOTHING
+
+    def receive(self, frame: Frame, now: int) -> Frames:
+        """Write it down."""
+        self.heard.append((now, frame))
+        return self.answer
+
+    def advance(self, now: int) -> Frames:
+        """One frame when it is due."""
+        if self.due_at is None or now < self.due_at:
+            return NOTHING
+        self.due_at = None
+        return (BOOT_UP,)
+
+    def deadline(self) -> int | None:
+        """When that frame is due."""
+        return self.due_at
+
+
+def wire(rate: int = 125_000) -> tuple[World, Controller]:
+    """A world with a tester in it."""
+    world = World(rate)
+    return world, world.attach()
+
+
+def all_frames(world: World, until: int) -> list[tuple[int, Frame]]:
+    """Everything that ends on the wire by `until`."""
+    seen = []
+    while (found := world.next_frame(until)) is not None:
+        seen.append((found[1], found[0]))
+    return seen
+
+
+# The wire's time.
+
+
+def test_a_frame_ends_after_its_exact_length() -> None:
+    """121 bits at 125 kbit/s; the world's time is then the frame's end."""
+    world, tester = wire()
+    world.attach(Ear())
+    world.send(tester, EMCY)
+    assert world.next_frame(S) == (EMCY, 121 * BIT, tester, 0)
+    assert world.now == 121 * BIT
+
+
+def test_three_bits_lie_between_two_frames() -> None:
+    """The intermission of ISO 11898-1 and nothing more."""
+    world, tester = wire()
+    world.attach(Ear())
+    world.send(tester, LONG)
+    world.send(tester, LOW)
+    assert all_frames(world, S) == [(109 * BIT, LONG), ((109 + 3 + 46) * BIT, LOW)]
+
+
+def test_time_passes_without_frames() -> None:
+    """Up to the instant asked for, and never back."""
+    world, _ = wire()
+    assert world.next_frame(5 * MS) is None
+    assert world.now == 5 * MS
+    assert world.next_frame(3 * MS) is None
+    assert world.now == 5 * MS
+
+
+def test_a_frame_that_ends_later_is_not_seen_yet() -> None:
+    """One ns before its end there is nothing; at its end there is."""
+    world, tester = wire()
+    world.attach(Ear())
+    world.send(tester, LOW)
+    assert world.next_frame(46 * BIT - 1) is None
+    assert world.next_frame(46 * BIT) == (LOW, 46 * BIT, tester, 0)
+
+
+def test_a_world_may_begin_at_any_instant() -> None:
+    """And its bits at one megabit take 1000 ns."""
+    world = World(1_000_000, now=7)
+    tester = world.attach()
+    world.attach(Ear(1_000_000))
+    world.send(tester, LOW)
+    assert world.next_frame(S) == (LOW, 7 + 46_000, tester, 7)
+
+
+def test_a_waiting_frame_starts_when_the_intermission_is_over() -> None:
+    """A frame asked for in the intermission waits for its end; later ones start at once."""
+    world, tester = wire()
+    world.attach(Ear())
+    world.send(tester, LOW)
+    world.run(47 * BIT)
+    world.send(tester, HIGH)
+    assert world.next_frame(S) == (HIGH, (46 + 3 + 46) * BIT, tester, 47 * BIT)
+    world.run(10 * MS)
+    world.send(tester, HIGH)
+    assert world.next_frame(S) == (HIGH, 10 * MS + 46 * BIT, tester, 10 * MS)
+
+
+# Arbitration and mailboxes.
+
+
+def test_the_lowest_identifier_wins_when_the_wire_falls_idle() -> None:
+    """A frame on the wire is not interrupted; of those that wait the lowest goes next."""
+    world, tester = wire()
+    other = world.attach(Ear())
+    world.send(tester, LONG)
+    world.run(BIT)
+    world.send(tester, LOW)
+    other_node = other.node
+    assert isinstance(other_node, Ear)
+    world.act(other, lambda _: (HIGH,))
+    assert [frame for _, frame in all_frames(world, S)] == [LONG, HIGH, LOW]
+
+
+def test_of_equal_frames_the_one_asked_for_first_goes_first() -> None:
+    """No real wire could tell them apart; this one is deterministic."""
+    world, tester = wire()
+    other = world.attach(Ear())
+    world.act(other, lambda _: (LOW,))
+    world.send(tester, LOW)
+    first, second = world.next_frame(S), world.next_frame(S)
+    assert first is not None
+    assert second is not None
+    assert (first[2], second[2]) == (other, tester)
+
+
+def booting(mailbox: Mailbox) -> list[Frame]:
+    """What a keypad sends at its start through that kind of mailbox."""
+    world, _ = wire(250_000)
+    pad = Keypad(load())
+    controller = world.attach(pad, mailbox)
+    world.act(controller, pad.power_on)
+    return [frame for _, frame in all_frames(world, 100 * MS)]
+
+
+def test_a_fifo_sends_in_the_order_of_asking() -> None:
+    """Boot-up, then EMCY, though EMCY has the lower identifier."""
+    assert booting(Mailbox.FIFO) == [BOOT_UP, EMCY]
+
+
+def test_a_mailbox_by_identifier_lets_emcy_overtake_boot_up() -> None:
+    """The classical fault of full-CAN controllers: both wait, the lower identifier goes."""
+    assert booting(Mailbox.BY_IDENTIFIER) == [EMCY, BOOT_UP]
+
+
+def test_a_mailbox_by_identifier_sends_all_that_waits_in_order() -> None:
+    """Each of its frames takes part in arbitration by itself."""
+    world, _ = wire()
+    other = world.attach(Ear(), Mailbox.BY_IDENTIFIER)
+    frames = [Frame(ident) for ident in (0x300, 0x100, 0x200)]
+    world.act(other, lambda _: frames)
+    assert [frame.can_id for _, frame in all_frames(world, S)] == [0x100, 0x200, 0x300]
+
+
+def test_a_full_mailbox_loses_what_comes_next() -> None:
+    """Depth 2: one of three frames is lost and counted."""
+    world, _ = wire()
+    other = world.attach(Ear(), depth=2)
+    world.act(other, lambda _: (LOW, HIGH, LONG))
+    assert [frame for _, frame in all_frames(world, S)] == [LOW, HIGH]
+    assert other.lost == 1
+
+
+# Who hears.
+
+
+def test_everybody_hears_but_the_sender() -> None:
+    """At the instant of the frame's end."""
+    world, tester = wire()
+    ears = Ear(), Ear()
+    first = world.attach(ears[0])
+    world.attach(ears[1])
+    world.act(first, lambda _: (LOW,))
+    world.run(S)
+    assert ears[0].heard == []
+    assert ears[1].heard == [(46 * BIT, LOW)]
+    assert tester.waiting == type(tester.waiting)()
+
+
+def test_an_answer_is_asked_for_at_the_end_of_the_question() -> None:
+    """And follows after the intermission."""
+    world, tester = wire()
+    other = world.attach(Ear(answer=(HIGH,)))
+    world.send(tester, LOW)
+    world.next_frame(S)
+    assert world.next_frame(S) == (HIGH, (46 + 3 + 46) * BIT, other, 46 * BIT)
+
+
+def test_the_acceptance_filter_is_kept() -> None:
+    """Base identifiers in the set pass; extended ones only where there is no filter."""
+    world, tester = wire()
+    picky, open_ear = Ear(), Ear()
+    picky.listens_to = frozenset((0x2AA,))
+    world.attach(picky)
+    world.attach(open_ear)
+    for frame in (LOW, HIGH, Frame(0x2AA, extended=True)):
+        world.send(tester, frame)
+    world.run(S)
+    assert [frame for _, frame in picky.heard] == [LOW]
+    assert len(open_ear.heard) == 3
+
+
+def test_a_filter_may_change_while_time_passes() -> None:
+    """The next frame goes by the new one."""
+    world, tester = wire()
+    ear = Ear()
+    controller = world.attach(ear)
+    world.send(tester, LOW)
+    world.run(10 * MS)
+    ear.listens_to = frozenset()
+    world.act(controller, lambda _: NOTHING)
+    world.send(tester, LOW)
+    world.run(20 * MS)
+    assert len(ear.heard) == 1
+
+
+def test_nobody_alone_can_send() -> None:
+    """Without an acknowledge the frame waits until there is somebody at this bit rate."""
+    world, tester = wire()
+    world.send(tester, LOW)
+    world.attach(Ear(250_000))
+    assert world.next_frame(S) is None
+    world.attach(Ear())
+    assert world.next_frame(2 * S) == (LOW, S + 46 * BIT, tester, 0)
+
+
+def test_at_another_bit_rate_a_node_is_deaf_and_mute() -> None:
+    """It hears nothing, and what it wants to send is lost and counted."""
+    world, tester = wire()
+    world.attach(Ear())
+    ear = Ear(250_000)
+    other = world.attach(ear)
+    world.act(other, lambda _: (HIGH, HIGH))
+    world.send(tester, LOW)
+    assert [frame for _, frame in all_frames(world, S)] == [LOW]
+    assert ear.heard == []
+    assert other.lost == 2
+
+
+def test_the_bit_rate_of_wire_and_testers_can_be_set() -> None:
+    """Then those at the new rate talk, and the others have lost what waited."""
+    world, tester = wire()
+    world.attach(Ear())
+    slow = world.attach(Ear())
+    fast_ear = Ear(500_000)
+    fast = world.attach(fast_ear)
+    world.act(slow, lambda _: (LOW, HIGH))
+    world.set_bit_rate(500_000)
+    assert slow.lost == 2
+    world.act(fast, lambda _: (LOW,))
+    world.send(tester, HIGH)
+    assert all_frames(world, S) == [(46 * 2000, HIGH), ((46 + 3 + 46) * 2000, LOW)]
+    assert world.bit_ns == 2000
+
+
+def test_setting_the_bit_rate_that_it_has_disturbs_nobody() -> None:
+    """The frame on the wire goes on."""
+    world, tester = wire()
+    world.attach(Ear())
+    world.send(tester, LOW)
+    world.run(BIT)
+    world.set_bit_rate(125_000)
+    assert world.next_frame(S) == (LOW, 46 * BIT, tester, 0)
+
+
+def test_setting_another_bit_rate_cuts_the_frame_on_the_wire() -> None:
+    """It is lost and counted; after three bits of the old rate the next goes at the new one."""
+    world, tester = wire()
+    world.attach(Ear())
+    world.attach(Ear(250_000))
+    world.send(tester, LONG)
+    world.send(tester, LOW)
+    world.run(20 * BIT)
+    world.set_bit_rate(250_000)
+    assert tester.lost == 1
+    assert all_frames(world, S) == [(20 * BIT + 3 * BIT + 46 * 4000, LOW)]
+
+
+def test_a_node_that_leaves_cuts_its_frame_on_the_wire() -> None:
+    """Power-off in the middle of a frame: the wire is idle after three bits."""
+    world, tester = wire()
+    ear = Ear()
+    other = world.attach(ear)
+    world.attach(Ear())
+    world.act(other, lambda _: (LONG, LONG))
+    world.run(50 * BIT)
+    world.act(other, ear.power_off)
+    world.send(tester, LOW)
+    assert other.lost == 2
+    assert all_frames(world, S) == [((50 + 3 + 46) * BIT, LOW)]
+
+
+def test_a_node_that_leaves_lets_others_finish() -> None:
+    """Only its own frame is cut."""
+    world, tester = wire()
+    ear = Ear()
+    other = world.attach(ear)
+    world.attach(Ear())
+    world.send(tester, LONG)
+    world.run(50 * BIT)
+    world.act(other, ear.power_off)
+    assert all_frames(world, S) == [(109 * BIT, LONG)]
+    assert ear.heard == []
+
+
+# Error frames.
+
+
+def test_an_error_frame_makes_the_sender_try_again() -> None:
+    """Twenty bits of error frame, three of intermission, then the whole frame once more."""
+    world, tester = wire()
+    world.attach(Ear())
+    world.send(tester, LONG)
+    world.send(tester, LOW)
+    world.run(50 * BIT)
+    world.jam()
+    again = (50 + 20 + 3 + 109) * BIT
+    assert all_frames(world, S) == [(again, LONG), (again + (3 + 46) * BIT, LOW)]
+    assert tester.lost == 0
+
+
+def test_after_an_error_frame_arbitration_starts_anew() -> None:
+    """A lower identifier that waits meanwhile goes first, from the same mailbox too."""
+    world, tester = wire()
+    other = world.attach(Ear(), Mailbox.BY_IDENTIFIER)
+    world.act(other, lambda _: (LONG,))
+    world.run(50 * BIT)
+    world.act(other, lambda _: (LOW,))
+    world.send(tester, HIGH)
+    world.jam()
+    assert [frame for _, frame in all_frames(world, S)] == [HIGH, LOW, LONG]
+
+
+def test_an_error_frame_on_an_idle_wire_only_takes_time() -> None:
+    """Twenty-three bits."""
+    world, tester = wire()
+    world.attach(Ear())
+    world.jam()
+    world.send(tester, LOW)
+    assert all_frames(world, S) == [((20 + 3 + 46) * BIT, LOW)]
+
+
+# The calendar.
+
+
+def test_stimuli_come_at_their_instants_in_the_order_of_asking() -> None:
+    """A stimulus may put another one on the calendar; a past instant means now."""
+    world, _ = wire()
+    seen: list[tuple[str, int]] = []
+
+    def note(name: str) -> Callable[[int], None]:
+        return lambda now: seen.append((name, now))
+
+    world.at(20, note("third"))
+    world.at(10, note("first"))
+    world.at(10, note("second"))
+    world.at(15, lambda _: world.at(0, note("at once")))
+    world.run(MS)
+    assert seen == [("first", 10), ("second", 10), ("at once", 15), ("third", 20)]
+
+
+def test_at_one_instant_devices_act_before_stimuli_and_both_before_a_frame_ends() -> None:
+    """The order that the laws of the world name."""
+    world, tester = wire()
+    ear = Ear()
+    ear.due_at = 46 * BIT
+    controller = world.attach(ear)
+    world.send(tester, LOW)
+    lengths: list[tuple[int, int]] = []
+    world.at(46 * BIT, lambda _: lengths.append((len(controller.waiting), len(ear.heard))))
+    world.next_frame(S)
+    assert lengths == [(1, 0)]
+    assert ear.heard == [(46 * BIT, LOW)]
+
+
+def test_a_deadline_that_moves_is_followed() -> None:
+    """Earlier, later or gone: the old instant means nothing any more."""
+    world, _ = wire()
+    ear = Ear()
+    controller = world.attach(ear)
+    world.attach(Ear())
+
+    def move(due_at: int | None) -> Frames:
+        ear.due_at = due_at
+        return NOTHING
+
+    world.act(controller, lambda _: move(30 * MS))
+    world.act(controller, lambda _: move(10 * MS))
+    assert [at for at, _ in all_frames(world, 50 * MS)] == [10 * MS + 56 * BIT]
+    world.act(controller, lambda _: move(60 * MS))
+    world.act(controller, lambda _: move(None))
+    assert all_frames(world, S) == []
+
+
+# The same everywhere.
+
+GOLDEN = "ab45831cdb088316566e1f4d48db60dc35fd3abe1d38c7aa712165feaa7fef58"
+"""The hash of the golden trace (tests/node_model/golden.py)."""
+
+
+def test_the_golden_trace_is_the_same_as_ever() -> None:
+    """A change of this hash is a change of behaviour: explain it, then write the new one."""
+    assert golden_trace() == GOLDEN
+
+
+def golden_of(interpreter: str, hash_seed: str) -> str:
+    """The hash as another process computes it."""
+    env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONHASHSEED": hash_seed}
+    command = [interpreter, str(ROOT / "tests" / "node_model" / "golden.py")]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env=env)
+    return done.stdout.strip()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("hash_seed", ["1", "4711"])
+def test_the_golden_trace_does_not_depend_on_the_hash_seed(hash_seed: str) -> None:
+    """Sets and dicts of the model are never walked in an order that hashing decides."""
+    assert golden_of(sys.executable, hash_seed) == GOLDEN
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["python3.11", "python3.12", "python3.13", "python3.14", "pypy3"])
+def test_the_golden_trace_does_not_depend_on_the_interpreter(name: str) -> None:
+    """Every other Python on this machine that is new enough gives the same frames."""
+    path = shutil.which(name)
+    if path is None:
+        pytest.skip(f"there is no {name} on the PATH")
+    asked = [path, "-c", "import sys; print(sys.version_info >= (3, 11))"]
+    done = subprocess.run(asked, capture_output=True, text=True, check=False)
+    if done.returncode or done.stdout.strip() != "True":
+        pytest.skip(
+            f"{path} does not run, or is older than 3.11: {done.stderr.partition(chr(10))[0]}"
+        )
+    assert golden_of(path, "0") == GOLDEN
