@@ -322,9 +322,11 @@ def press_and_release(bench: Bench, keys: Keys, requirement: str) -> None:
     """One key pressed and released is reported after the debounce time, both ways."""
     limits = bench.profile.limits
     parameters = bench.parameters or EXAMPLE
-    early = max(parameters.debounce_ns - limits.scan_ns, 0)
-    allowed = Limits(early, parameters.debounce_ns + limits.scan_ns + limits.key_frame_ns)
+    latest = parameters.debounce_ns + limits.scan_ns + limits.key_frame_ns
+    early = parameters.debounce_ns - limits.scan_ns
+    allowed = Limits(early, latest) if early > 0 else Limits(at_most_ns=latest)
     name = keys.names[-1]
+    bench.wait(limits.command_ns)
     pressed = keys.press(name)
     bench.expect(
         matchers.key_frame(parameters.node_id, keys.mask),

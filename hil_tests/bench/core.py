@@ -318,6 +318,10 @@ class BenchCore:
         self.watch.admit(frozenset(frame.can_id for frame in frames))
         return True
 
+    def end_load(self) -> None:
+        """The loading station falls silent."""
+        self.stage.end_load()
+
     # What was measured.
 
     def record(self, verdict: Verdict) -> Verdict:

@@ -78,6 +78,9 @@ class RealStage:
         """A tester's adapter cannot hold a known share of a bus."""
         return False
 
+    def end_load(self) -> None:
+        """There is none."""
+
     def disturb(self) -> bool:
         """An adapter sends no error frames at will."""
         return False

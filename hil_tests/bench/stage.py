@@ -59,6 +59,9 @@ class Stage(Protocol):
             False where this stage cannot load the bus to a known share.
         """
 
+    def end_load(self) -> None:
+        """End every load."""
+
     def disturb(self) -> bool:
         """Put an error frame on the bus now; False where this stage cannot."""
 

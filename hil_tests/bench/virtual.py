@@ -135,6 +135,7 @@ class VirtualStage:
         world = World(bit_rate, now)
         self.bit_rate = bit_rate
         self.port.enter(world)
+        self._loads: list[tuple[Controller, Load]] = []
         self.device = self._make(profile)
         self.controller: Controller = world.attach(self.device)
 
@@ -155,8 +156,16 @@ class VirtualStage:
         """A loading station joins."""
         world = self.port.world
         load = Load(frames, share_ppm, world.bit_rate)
-        world.act(world.attach(load, depth=LOAD_DEPTH), load.power_on)
+        controller = world.attach(load, depth=LOAD_DEPTH)
+        world.act(controller, load.power_on)
+        self._loads.append((controller, load))
         return True
+
+    def end_load(self) -> None:
+        """Every loading station falls silent."""
+        for controller, load in self._loads:
+            self.port.world.act(controller, load.power_off)
+        self._loads.clear()
 
     def disturb(self) -> bool:
         """An error frame, now."""

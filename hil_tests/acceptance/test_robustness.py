@@ -1,0 +1,303 @@
+"""Robustness: what is not meant for the node changes nothing, and it sends only its own.
+
+The monitors watch every test; these put the node under what a hostile bus can bring.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from hil_tests.api import (
+    MS,
+    Bench,
+    BitRate,
+    Frame,
+    Keys,
+    Leds,
+    Limits,
+    Nmt,
+    NotRun,
+    Power,
+    S,
+    Seen,
+    State,
+    cobs,
+    judge_periodic,
+    matchers,
+)
+
+MULTIPLIER, INCREMENT, MODULUS = 1103515245, 12345, 1 << 31
+"""A plain linear congruential sequence (ISO C's example): the same garbage on every bench."""
+
+
+def services(node_id: int) -> frozenset[int]:
+    """Identifiers under which the node is addressed."""
+    sdo = 0x600 + node_id
+    return frozenset((cobs.NMT, cobs.LED_STEADY + node_id, cobs.LED_BLINK + node_id, sdo))
+
+
+def noise() -> Iterator[int]:
+    """Numbers without pattern, 0..32767."""
+    state = 1
+    while True:
+        state = (state * MULTIPLIER + INCREMENT) % MODULUS
+        yield state >> 16
+
+
+def garbage(node_id: int, count: int) -> Iterator[Frame]:
+    """Data and remote frames of any identifier and length, none addressed to the node.
+
+    An identifier of the device itself is left out, too: two stations that send the same
+    one at once are a fault of the bus, not of the device.
+    """
+    spared = services(node_id) | cobs.device_ids(node_id)
+    numbers = noise()
+    made = 0
+    while made < count:
+        can_id, kind, length = (next(numbers) for _ in range(3))
+        can_id &= 0x7FF
+        if can_id in spared:
+            continue
+        made += 1
+        data = bytes(next(numbers) & 0xFF for _ in range(length % 9))
+        if kind % 8 == 0:
+            yield Frame(can_id, remote=True, dlc=length % 9)
+        elif kind % 8 == 1:
+            yield Frame(can_id << 18 | kind, data, extended=True)
+        elif kind % 8 == 2 and len(data) == 8:  # noqa: PLR2004
+            yield Frame(can_id, data, dlc=8 + length % 8)
+        else:
+            yield Frame(can_id, data)
+
+
+def expect_obeys(bench: Bench, requirement: str) -> None:
+    """The node still obeys NMT."""
+    for command, state in ((Nmt.START, State.OPERATIONAL), (Nmt.STOP, State.STOPPED)):
+        sent = bench.nmt(command)
+        if bench.watch.expected.heartbeat_ns:
+            bench.expect_state(state, after=sent, requirement=requirement)
+    reset = bench.nmt(Nmt.RESET_NODE)
+    bench.expect(
+        matchers.boot_up(bench.node_id),
+        after=reset,
+        within=bench.profile.limits.boot_up_ns,
+        requirement=requirement,
+    )
+
+
+QUICK = {"heartbeat_ms": 100}
+
+
+@pytest.mark.requirement("ROB-01")
+@pytest.mark.parametrize("state", [Nmt.PRE_OPERATIONAL, Nmt.START, Nmt.STOP], ids=lambda c: c.name)
+def test_garbage_changes_nothing(bench: Bench, state: Nmt) -> None:
+    """Frames of every kind that are not meant for the node leave state, cadence and obedience."""
+    bench.needs_exclusive()
+    boot = bench.start(prefer=QUICK)
+    bench.nmt(state)
+    for frame in garbage(bench.node_id, 2500 if bench.stage.virtual else 150):
+        bench.send(frame)
+
+    expect_obeys(bench, "ROB-01")
+
+    resets = bench.collect(matchers.boot_up(bench.node_id), after=boot, until=bench.now())
+    bench.check(len(resets) == 1, "it restarted only when it was told to", since=boot)
+
+
+@pytest.mark.requirement("ROB-01")
+def test_every_identifier_changes_nothing(bench: Bench) -> None:
+    """A frame of each base identifier but those of the node's services changes nothing."""
+    bench.needs_exclusive()
+    bench.start(prefer=QUICK)
+    bench.nmt(Nmt.START)
+    node_id = bench.node_id
+    spared = services(node_id) | cobs.device_ids(node_id)
+    data = bytes((node_id, 1, 2, 3, 4, 5, 6, 7))
+    for can_id in range(1, 0x800, 1 if bench.stage.virtual else 31):
+        if can_id not in spared:
+            bench.send(Frame(can_id, data))
+
+    expect_obeys(bench, "ROB-01")
+
+
+@pytest.mark.requirement("ROB-01")
+def test_parameters_outlast_garbage(bench: Bench, power: Power) -> None:
+    """Stored parameters survive garbage, the commissioning message in operation included."""
+    bench.needs_exclusive()
+    bench.start(prefer=QUICK)
+    known = bench.parameters
+    if known is None:
+        raise NotRun("what the device is commissioned to is not known")
+    stranger = 15 if known.node_id != 15 else 1  # noqa: PLR2004
+    for command in (Nmt.PRE_OPERATIONAL, Nmt.START, Nmt.STOP):
+        bench.nmt(command)
+        bench.send(Frame(cobs.COMMISSION, bytes((stranger, 3, 1, 0, 0, 9))))
+        for frame in garbage(bench.node_id, 100 if bench.stage.virtual else 20):
+            bench.send(frame)
+    bench.wait(bench.profile.limits.store_ns)
+
+    power.off()
+    boot = bench.boot()
+
+    limits = bench.watch.expected.heartbeat_each
+    if bench.watch.expected.heartbeat_ns:
+        beat = matchers.heartbeat(bench.node_id)
+        first = bench.expect(beat, after=boot, within=limits.at_most_ns)
+        bench.expect(beat, after=first, within=limits)
+
+
+@pytest.mark.requirement("ROB-02")
+def test_a_whole_life_of_listed_frames(
+    bench: Bench, power: Power, keys: Keys, leds: Leds, bitrate: BitRate
+) -> None:
+    """Through starts, states, keys and LED frames the node sends its listed frames only."""
+    bench.fresh(prefer=QUICK)
+    for _ in range(2):
+        power.off()
+        bench.boot()
+        bench.enter_operational()
+        for name in keys.names[:3]:
+            keys.press(name)
+            bench.wait(bench.profile.limits.scan_ns + 250 * MS)
+        bench.send(Frame(cobs.LED_STEADY + bench.node_id, b"\x05"))
+        bench.send(Frame(cobs.LED_BLINK + bench.node_id, b"\x0a"))
+        for command in (Nmt.STOP, Nmt.PRE_OPERATIONAL, Nmt.START, Nmt.RESET_COMMUNICATION):
+            bench.nmt(command)
+            bench.wait(1 * S)
+        keys.release()
+    # Every frame went through the monitor of listed frames; here is what it was made of.
+    allowed = cobs.device_ids(bench.node_id)
+    strangers = [
+        seen
+        for seen in bench.frames_seen()
+        if not seen.own and seen.frame.can_id not in allowed and bench.stage.exclusive
+    ]
+    bench.check(not strangers, "every frame has an identifier of the node")
+
+
+@pytest.mark.requirement("ROB-02")
+@pytest.mark.parametrize("base", [0x080, 0x180, 0x200, 0x300, 0x580, 0x600, 0x700])
+def test_remote_frames_are_not_answered(bench: Bench, base: int) -> None:
+    """A remote frame for any of the node's identifiers, node guarding included, gets no answer."""
+    bench.needs_exclusive()
+    bench.operational(prefer=QUICK)
+    node_id = bench.node_id
+    beat = matchers.heartbeat(node_id)
+    bench.wait(200 * MS)
+
+    asked = bench.send(Frame(base + node_id, remote=True, dlc=1 if base == 0x700 else 8))  # noqa: PLR2004
+
+    bench.wait(500 * MS)
+    others = [
+        seen
+        for seen in bench.collect(matchers.anything(), after=asked, until=bench.now())
+        if not beat.accepts(seen.frame)
+    ]
+    text = "nothing but heartbeats follows" + "".join(f"; {seen.frame} came" for seen in others[:1])
+    bench.check(not others, text, since=asked)
+
+
+LOADED_S = 20
+LOW_PRIORITY = 0x7F0
+HIGH_PRIORITY = 0x010
+
+
+def filler(first: int) -> list[Frame]:
+    """Eight-byte frames of eight neighbouring identifiers."""
+    return [Frame(first + step, bytes((step * 37 & 0xFF,) * 8)) for step in range(8)]
+
+
+@pytest.mark.requirement("ROB-03", "HB-04")
+@pytest.mark.timed("a wire without arbitration cannot be loaded to a known share")
+def test_keeps_its_periods_under_lower_priority_load(bench: Bench, keys: Keys) -> None:
+    """At full load by lower-priority frames heartbeat and key frames come as always."""
+    bench.operational(bit_rate_code=3, heartbeat_ms=100, debounce=1)
+    start = bench.now()
+    bench.needs_load(filler(LOW_PRIORITY), 1_000_000)
+
+    expect_key_frames(bench, keys)
+    bench.wait_until(start + LOADED_S * S)
+
+    beats = bench.collect(matchers.heartbeat(bench.node_id), after=start, until=bench.now())
+    expected = bench.watch.expected
+    bench.conclude(
+        judge_periodic(
+            "heartbeat under full load of lower priority",
+            [bench.when(beat) for beat in beats],
+            expected.heartbeat_each,
+            expected.heartbeat_mean,
+        )
+    )
+
+
+def expect_key_frames(bench: Bench, keys: Keys) -> list[Seen]:
+    """Each key pressed and released is reported, in time, whatever is on the bus."""
+    found = []
+    limits = bench.profile.limits
+    debounce_ns = bench.parameters.debounce_ns if bench.parameters else 0
+    latest = debounce_ns + limits.scan_ns + limits.key_frame_ns
+    for name in keys.names[:4]:
+        moved = keys.press(name)
+        found.append(
+            bench.expect(
+                matchers.key_frame(bench.node_id, keys.mask),
+                after=moved,
+                within=Limits(at_most_ns=latest),
+            )
+        )
+    keys.release()
+    bench.wait(latest)
+    return found
+
+
+@pytest.mark.requirement("ROB-03", "KEY-06")
+@pytest.mark.timed("a wire without arbitration cannot be loaded to a known share")
+def test_loses_no_key_change_under_higher_priority_load(bench: Bench, keys: Keys) -> None:
+    """After full load by higher-priority frames every key change is told, in order."""
+    bench.operational(bit_rate_code=3, heartbeat_ms=1000, debounce=1)
+    masks = [0]
+    began = bench.now()
+    bench.needs_load(filler(HIGH_PRIORITY), 1_000_000)
+    for name in keys.names[:4]:
+        keys.press(name)
+        masks.append(keys.mask)
+        bench.wait(400 * MS)
+    bench.end_load()
+
+    bench.wait(2 * S)
+
+    frames = bench.collect(matchers.key_frame(bench.node_id), after=began, until=bench.now())
+    told = [int.from_bytes(seen.frame.data, "little") for seen in frames]
+    text = f"the changes {masks[1:]} are told in order; told were {told}"
+    bench.check(told == masks[1:], text, since=began)
+
+
+@pytest.mark.requirement("ROB-03", "HB-01")
+@pytest.mark.timed("a wire without arbitration cannot be loaded to a known share")
+def test_recovers_after_higher_priority_load(bench: Bench) -> None:
+    """When a load of higher priority ends, the node is back in its rhythm and obeys."""
+    bench.start(bit_rate_code=3, heartbeat_ms=1000)
+    bench.needs_load(filler(HIGH_PRIORITY), 1_000_000)
+    bench.wait(5 * S)
+    bench.end_load()
+    bench.wait(1 * S)
+
+    expect_obeys(bench, "ROB-03")
+
+
+@pytest.mark.requirement("ROB-04")
+def test_error_frames_are_shrugged_off(bench: Bench, keys: Keys) -> None:
+    """Error frames at any instant: what the node makes of them is written down."""
+    bench.operational(heartbeat_ms=100, debounce=1)
+    start = bench.now()
+    for step in range(200):
+        bench.needs_error_frames()
+        bench.wait(17 * MS + step * 13_000)
+    alive = bench.first(
+        matchers.heartbeat(bench.node_id), bench.now(), bench.now() + 150 * MS
+    )
+    beats = bench.collect(matchers.heartbeat(bench.node_id), after=start, until=bench.now())
+    what = f"it went on, {len(beats)} heartbeats in between" if alive else "it fell silent"
+    bench.characteristic("ROB-04", f"after 200 error frames {what}")
