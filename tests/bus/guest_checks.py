@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import select
 import signal
 import socket
 import struct
@@ -30,6 +31,7 @@ from hil_tests.bench.drivers.control import (
     ControlPower,
     ControlSession,
 )
+from hil_tests.bus import link
 from hil_tests.bus.choose import open_port
 from hil_tests.bus.socketcan import SocketCanPort
 from hil_tests.clock import MS, S
@@ -239,6 +241,28 @@ def check_interface_that_is_missing_or_down() -> str:
     return "ok"
 
 
+def check_setting_the_bit_rate_leaves_no_error_behind() -> str:
+    """Our own taking down of the interface is not taken for a fault."""
+
+    class Flap(link.BitRate):
+        """Takes the interface down and up, as a change of bit rate does."""
+
+        def ensure(self, bit_rate: int) -> None:  # noqa: ARG002 - vcan has none
+            run_ip("link", "set", CHANNEL, "down")
+            run_ip("link", "set", CHANNEL, "up")
+
+    with port() as opened, stranger() as other:
+        opened._rate = Flap(CHANNEL)
+        opened.set_bit_rate(250_000)
+        with contextlib.suppress(OSError):
+            other.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+        opened.send(Frame(5))
+        assert next_frame(opened).own
+        other.send(classical(6, b""))
+        assert next_frame(opened).frame == Frame(6)
+    return "ok"
+
+
 class Hosted:
     """A model in a process of its own, with its control session."""
 
@@ -368,6 +392,30 @@ def check_stopped_host() -> str:
             f"{len(late)} late, by {[round((sent - due) / 1e6) for due, sent in late]} ms; "
             f"afterwards {[round(phase / 1e6, 3) for phase in phases]} ms off the schedule"
         )
+
+
+def check_model_survives_an_unplugged_bus() -> str:
+    """A device does not die because its bus is gone for a while; nor does its host."""
+    with tempfile.TemporaryDirectory() as folder:
+        with port() as opened:
+            node = Hosted(opened, folder)
+            finish(opened, node.power.switch(True))
+            node.seen(200 * MS)
+        run_ip("link", "set", CHANNEL, "down")
+        finish_without_bus(node, 2500 * MS)
+        run_ip("link", "set", CHANNEL, "up")
+        with port() as opened:
+            node.port = opened
+            beats = node.seen(3 * S)
+            assert [item.frame for item in beats] == [Frame(0x701, b"\x7f")] * 3, beats
+            assert node.stop() == 0
+    return "ok"
+
+
+def finish_without_bus(node: Hosted, span_ns: int) -> None:
+    """Let time pass with the control session alone."""
+    select.select([], [], [], span_ns / S)
+    node.session.ask({"do": "state"})
 
 
 def check_many_answers_are_quick() -> str:

@@ -215,3 +215,90 @@ def test_wait_ends_at_its_instant(pair: Pair) -> None:
 
     assert port.next(until) is None
     assert port.now() >= until
+
+
+@pytest.fixture
+def quiet() -> Iterator[Pair]:
+    """A port on an adapter that never shows its own frames."""
+    channel = secrets.token_hex(4)
+    with (
+        contextlib.closing(PythonCanPort("virtual", channel)) as port,
+        can.Bus(channel, interface="virtual") as stranger,
+    ):
+        port._bus.receive_own_messages = False  # type: ignore[attr-defined]
+        port._echoes = False
+        yield port, stranger
+
+
+def test_frame_that_is_never_echoed_is_reported_with_its_doubt(quiet: Pair) -> None:
+    """It ended between the call and a little after the hand-over; it comes before its effect."""
+    port, stranger = quiet
+    began = port.now()
+    port.send(Frame(0x123, b"a"))
+    ended = port.now()
+    stranger.send(message(Frame(0x124)))
+    own, effect = take(port), take(port)
+
+    assert isinstance(own, Sighting)
+    assert own.own
+    assert own.at - own.doubt_ns >= began
+    assert ended <= own.at <= ended + 5 * MS
+    assert isinstance(effect, Sighting)
+    assert not effect.own
+
+
+def test_adapters_own_clock_is_followed(quiet: Pair) -> None:
+    """Stamps that count from the adapter's start keep their spacing."""
+    port, stranger = quiet
+    port.timed = True
+    stranger.preserve_timestamps = True  # type: ignore[attr-defined]
+    for stamp in (5.0, 4.75):  # the second one took longer to arrive
+        later = message(Frame(1))
+        later.timestamp = stamp
+        stranger.send(later)
+    first, second = take(port), take(port)
+
+    assert second.at - first.at == -S // 4
+    assert abs(first.at - port.now()) < 10 * S
+
+
+def test_adapter_that_stops_is_an_event_then_an_error(quiet: Pair) -> None:
+    """Told once, and by every verb after that."""
+    port, _ = quiet
+    port._bus.shutdown()
+    event = take(port)
+
+    assert isinstance(event, BusEvent)
+    assert event.kind is EventKind.DOWN
+    with pytest.raises(BusUnavailable, match="check the adapter"):
+        port.next(0)
+
+
+def test_adapter_that_does_not_send_is_an_error(quiet: Pair) -> None:
+    """With what to look at."""
+    port, _ = quiet
+    port._bus.shutdown()
+
+    with pytest.raises(BusUnavailable, match="does not send"):
+        port.send(Frame(1))
+
+
+def test_bit_rate_of_an_adapter_is_set_by_opening_it_again(quiet: Pair) -> None:
+    """python-can has no other way."""
+    port, _ = quiet
+    port.timed = True
+    before = port._bus
+    port.set_bit_rate(250_000)
+
+    assert port._bus is not before
+
+
+def test_step_of_the_clock_is_a_gap(quiet: Pair) -> None:
+    """Intervals across it mean nothing."""
+    port, _ = quiet
+    port._steps._offset -= 5 * S
+    event = take(port)
+
+    assert isinstance(event, BusEvent)
+    assert event.kind is EventKind.GAP
+    assert "clock was set by" in event.text

@@ -295,3 +295,13 @@ def test_missing_interface_releases_the_channel() -> None:
         with pytest.raises(BusUnavailable, match="no CAN interface 'vcan-none'"):
             SocketCanPort("vcan-none", make_socket=partial(cast, "socket.socket", again))
         assert again.ours.fileno() == -1
+
+
+def test_step_of_the_clock_is_a_gap(port: SocketCanPort) -> None:
+    """Intervals across it mean nothing."""
+    port._steps._offset += 5 * S
+    event = port.next(0)
+
+    assert isinstance(event, BusEvent)
+    assert event.kind is EventKind.GAP
+    assert "clock was set by -" in event.text
