@@ -8,14 +8,16 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from hil_tests.vm import equipment, guest, kernel, modules, native
 from hil_tests.vm.errors import Unavailable
-from hil_tests.vm.launcher import Launcher, Tail
+from hil_tests.vm.launcher import Launcher
 from hil_tests.vm.machine import Machine
 from hil_tests.vm.shell import HostShell, Shell, cache_folder
+from hil_tests.vm.tail import Tail
 
 # The project's status for "bench or bus unavailable".
 UNAVAILABLE = 11
@@ -25,6 +27,21 @@ in a virtual machine that boots on this very file system. In the machine time is
 costs next to nothing, and timing does not suffer from a busy host. What COMMAND writes there is
 lost, except in the folders given with --results. Exit status: COMMAND's; 11 where no SocketCAN is
 to be had, 124 when the time was over."""
+
+
+@dataclass(frozen=True, slots=True)
+class Host:
+    """What a run needs to know of this machine.
+
+    Attributes:
+        shell: Its programs.
+        probe: Its kernel's CAN interfaces.
+        cache: Where fetched kernels are.
+    """
+
+    shell: Shell
+    probe: native.Probe
+    cache: Path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,7 +58,7 @@ def _add_choices(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--vm", action="store_true", help="use the machine in any case")
     where.add_argument("--native", action="store_true", help="never use the machine")
     where.add_argument("--check", action="store_true", help="only say what would be used, and why")
-    where.add_argument("--setup", action="store_true", help="fetch what the machine lacks")
+    parser.add_argument("--setup", action="store_true", help="fetch what the machine lacks")
     parser.add_argument(
         "--channel",
         action="append",
@@ -77,19 +94,19 @@ def _add_machine(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Does what the options say and returns the exit status: the command's, or 11."""
     try:
-        return _run(options, HostShell())
+        return _run(options, Host(HostShell(), native.Probe(), cache_folder(os.environ)))
     except Unavailable as unavailable:
         _say(str(unavailable))
         return UNAVAILABLE
 
 
-def _run(options: argparse.Namespace, shell: Shell) -> int:
+def _run(options: argparse.Namespace, host: Host) -> int:
     if options.check:
-        sys.stdout.write(availability(shell, _channels(options), options.kernel) + "\n")
+        sys.stdout.write(availability(host, _channels(options), options.kernel) + "\n")
         return 0
     if options.setup:
-        _set_up(options, shell)
-    command = _command(options)
+        _set_up(options, host)
+    command = command_of(options)
     if not command:
         if options.setup:
             return 0
@@ -97,18 +114,18 @@ def _run(options: argparse.Namespace, shell: Shell) -> int:
             "There is no command to run. Write it after two dashes:"
             " nodeproof vcan -- pytest --can-iface vcan0"
         )
-    if _is_native(options, shell):
+    if is_native(options, host):
         return _natively(command)
-    return _in_machine(options, shell, command)
+    return _in_machine(options, host, command)
 
 
-def availability(shell: Shell, channels: Sequence[str], kernel_given: Path | None = None) -> str:
+def availability(host: Host, channels: Sequence[str], kernel_given: Path | None = None) -> str:
     """Returns in one line what would be used: this kernel, a machine, or nothing and why."""
-    obstacle = native.obstacle(channels, shell, native.kernel_has_can, native.is_up)
+    obstacle = native.obstacle(channels, host.shell, host.probe)
     if obstacle is None:
         return f"native: {', '.join(channels)} on this kernel"
     try:
-        found = equipment.gather(shell, cache_folder(os.environ), kernel_given)
+        found = equipment.gather(host.shell, host.cache, kernel_given)
     except Unavailable as unavailable:
         return f"nothing: {obstacle}. {unavailable}"
     return f"virtual machine with kernel {found.kernel.release}: {obstacle}"
@@ -118,7 +135,8 @@ def _channels(options: argparse.Namespace) -> list[str]:
     return options.channel or ["vcan0"]
 
 
-def _command(options: argparse.Namespace) -> list[str]:
+def command_of(options: argparse.Namespace) -> list[str]:
+    """Returns the command without the dashes before it."""
     given: list[str] = options.command
     return given[1:] if given[:1] == ["--"] else given
 
@@ -133,25 +151,24 @@ def _say(text: str) -> None:
     sys.stderr.flush()
 
 
-def _set_up(options: argparse.Namespace, shell: Shell) -> None:
-    cache = cache_folder(os.environ)
-    _note(options, f"fetching what is missing into {cache}")
-    left = equipment.set_up(shell, cache)
+def _set_up(options: argparse.Namespace, host: Host) -> None:
+    _note(options, f"fetching what is missing into {host.cache}")
+    left = equipment.set_up(host.shell, host.cache)
     if left:
         raise Unavailable(f"One thing is left that needs root. Run: {'; '.join(left)}")
-    found = equipment.gather(shell, cache, options.kernel)
+    found = equipment.gather(host.shell, host.cache, options.kernel)
     _note(options, f"the virtual machine has all it needs (kernel {found.kernel.release})")
 
 
-def _is_native(options: argparse.Namespace, shell: Shell) -> bool:
+def is_native(options: argparse.Namespace, host: Host) -> bool:
     """Whether to run on this kernel; makes the channels if so, and says why not otherwise."""
     if options.vm:
         return False
     channels = _channels(options)
-    why = native.obstacle(channels, shell, native.kernel_has_can, native.is_up)
+    why = native.obstacle(channels, host.shell, host.probe)
     if why is None:
         try:
-            native.make(channels, shell, native.is_up)
+            native.make(channels, host.shell, host.probe)
         except Unavailable as unavailable:
             why = f"this kernel cannot make {', '.join(channels)}: {unavailable}"
     if why is not None and options.native:
@@ -170,9 +187,9 @@ def _natively(command: list[str]) -> int:
         raise Unavailable(f"{command[0]!r} cannot be run: {error.strerror}.") from error
 
 
-def _in_machine(options: argparse.Namespace, shell: Shell, command: Sequence[str]) -> int:
-    found = equipment.gather(shell, cache_folder(os.environ), options.kernel)
-    booted = kernel.unpacked(found.kernel, cache_folder(os.environ) / "unpacked")
+def _in_machine(options: argparse.Namespace, host: Host, command: Sequence[str]) -> int:
+    found = equipment.gather(host.shell, host.cache, options.kernel)
+    booted = kernel.unpacked(found.kernel, host.cache / "unpacked")
     results = tuple(_made(path) for path in options.results)
     _compile(options)
     with _run_folder() as folder:

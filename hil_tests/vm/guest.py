@@ -135,7 +135,7 @@ def _channel(name: str) -> str:
 # and then (the launcher asks every few seconds of wall time) and at the end. So no write of the
 # job is a request to the host, for which its clock would run on. Deleted files of the host are
 # character devices in an overlay's upper folder; files that were brought out and have gone since
-# are found by the list of all that were. Copying has a low priority, and only one copies at a time.
+# are found by the list of all that were. Copying has a low priority, one at a time.
 _COPY = """#!/bin/busybox sh
 extent=${{1:-all}}
 mkdir /run/copying 2>/dev/null || [ "$extent" = all ] || exit 0

@@ -15,11 +15,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
-from typing import IO, BinaryIO, Protocol
+from typing import IO, Protocol
 
 from hil_tests.vm.errors import Unavailable
 from hil_tests.vm.guest import COPY
 from hil_tests.vm.machine import Machine
+from hil_tests.vm.tail import Tail
 
 # As timeout(1) has it, and as shells report a signal.
 TIMED_OUT = 124
@@ -57,33 +58,6 @@ class Process(Protocol):
 
 
 @dataclass(slots=True)
-class Tail:
-    """Follows a file that grows, and copies what is new.
-
-    Attributes:
-        source: The file; it may not exist yet.
-        sink: Where its contents go.
-        position: How much of it has been copied, in bytes.
-    """
-
-    source: Path
-    sink: BinaryIO
-    position: int = 0
-
-    def copy(self) -> None:
-        """Copies what has come since the last time."""
-        if not self.source.exists():
-            return
-        with self.source.open("rb") as file:
-            file.seek(self.position)
-            fresh = file.read()
-        if fresh:
-            self.position += len(fresh)
-            self.sink.write(fresh)
-            self.sink.flush()
-
-
-@dataclass(slots=True)
 class Signals:
     """The stop signals that have come."""
 
@@ -115,6 +89,7 @@ class Launcher:
         say: Tells the user how things go, a line at a time.
         timeout_s: How long the machine may run on the wall clock, None for ever.
         clock: Monotonic seconds; a test puts its own here.
+        signals: The stop signals caught so far.
     """
 
     machine: Machine
@@ -122,7 +97,7 @@ class Launcher:
     say: Callable[[str], None]
     timeout_s: float | None = None
     clock: Callable[[], float] = time.monotonic
-    _signals: Signals = field(default_factory=Signals)
+    signals: Signals = field(default_factory=Signals)
     _ready: bool = False
     _timed_out: bool = False
     _asked_at: float | None = None
@@ -135,7 +110,7 @@ class Launcher:
             Unavailable: The machine could not be started, or ended without saying how the command
             did.
         """
-        with self._signals.caught():
+        with self.signals.caught():
             # A session of its own: Ctrl-C in the terminal reaches the launcher alone, which then
             # asks the guest.
             process = subprocess.Popen(
@@ -169,9 +144,9 @@ class Launcher:
         """Asks the guest once to stop, for a signal or because its time is over."""
         if self._asked_at is not None:
             return
-        if self._signals.seen:
+        if self.signals.seen:
             self._asked_at = self.clock()
-            self._tell(process, self._signals.seen[0].name.removeprefix("SIG"))
+            self._tell(process, self.signals.seen[0].name.removeprefix("SIG"))
             self.say(f"stopping the guest, within {_GRACE_S:.0f} s (Ctrl-C again: at once)")
         elif self.timeout_s is not None and elapsed_s > self.timeout_s:
             self._timed_out = True
@@ -199,7 +174,7 @@ class Launcher:
         """Whether patience is over: nobody to ask yet, asked twice, or no answer in time."""
         if self._asked_at is None:
             return False
-        impatient = len(self._signals.seen) > 1
+        impatient = len(self.signals.seen) > 1
         return not self._ready or impatient or self.clock() - self._asked_at > _GRACE_S
 
     def _status(self, word: str) -> str | None:
@@ -222,8 +197,8 @@ class Launcher:
             return TIMED_OUT
         if said is not None:
             return int(said)
-        if self._signals.seen:
-            return _SIGNALLED + self._signals.seen[0]
+        if self.signals.seen:
+            return _SIGNALLED + self.signals.seen[0]
         raise Unavailable(self._failure())
 
     def _failure(self) -> str:

@@ -12,7 +12,7 @@ from hil_tests.vm.guest import CONTROL, HOST_TAG, PORTS, results_tag
 # - nohz=off keeps the timer tick (4 ms) while the guest idles. A process that waits for the
 #   host's file system leaves the processor idle, and the clock then leaps to the next timer until
 #   the answer is there: without ticks by seconds, once by two minutes, with them by 4 to 50 ms.
-#   The ticks cost about a second of wall time in a minute of sleep.
+#   The ticks cost one to two seconds of wall time in a minute of sleep.
 # - preempt=full lets a frame wake its reader at once.
 # - A panic ends the machine at once (-1), which -no-reboot turns into QEMU's exit.
 _KERNEL_ARGUMENTS = (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from hil_tests.vm.errors import Unavailable
@@ -33,16 +34,22 @@ def is_up(channel: str, interfaces: Path = Path("/sys/class/net")) -> bool:
     return kind == _CAN and bool(flags & _UP)
 
 
-def obstacle(
-    channels: Sequence[str], shell: Shell, has_can: Callable[[], bool], up: Callable[[str], bool]
-) -> str | None:
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """How to look at the kernel; a test brings answers of its own."""
+
+    has_can: Callable[[], bool] = kernel_has_can
+    is_up: Callable[[str], bool] = is_up
+
+
+def obstacle(channels: Sequence[str], shell: Shell, probe: Probe) -> str | None:
     """Returns why this kernel cannot have the channels, None where they are up or can be made.
 
-    Changes nothing. `has_can` and `up` are `kernel_has_can` and `is_up`, or a test's own.
+    Changes nothing.
     """
-    if not has_can():
+    if not probe.has_can():
         return "this kernel has no SocketCAN"
-    down = [channel for channel in channels if not up(channel)]
+    down = [channel for channel in channels if not probe.is_up(channel)]
     if not down:
         return None
     if not shell.is_root() or shell.find("ip") is None:
@@ -53,14 +60,14 @@ def obstacle(
     return None
 
 
-def make(channels: Sequence[str], shell: Shell, up: Callable[[str], bool]) -> None:
+def make(channels: Sequence[str], shell: Shell, probe: Probe) -> None:
     """Makes the channels that are not up yet; they stay when the command is done.
 
     Raises:
         Unavailable: The kernel refused, most often because it has no vcan module.
     """
     for channel in channels:
-        if up(channel):
+        if probe.is_up(channel):
             continue
         _attempt(shell, "modprobe", "vcan")
         _attempt(shell, "ip", "link", "add", "dev", channel, "type", "vcan")

@@ -1,0 +1,113 @@
+"""The command line of the machine, and the scripts and the archive that it boots."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from hil_tests.vm import guest
+from hil_tests.vm.initramfs import archive, character_device, directory, regular
+from hil_tests.vm.machine import Machine
+from hil_tests.vm.modules import Module
+
+
+def machine(shift: int = 0, results: tuple[Path, ...] = ()) -> list[str]:
+    """Returns the command line of a machine in /run/x."""
+    return Machine("qemu", Path("/k"), shift, "1G", results, Path("/run/x")).command_line()
+
+
+def job(**changes: object) -> guest.Job:
+    """Returns a job with some parts replaced."""
+    parts: dict[str, object] = {
+        "command": ("pytest", "-k", "a b"),
+        "cwd": Path("/home/me/my bench"),
+        "environment": {"LANG": "C", "QUOTED": "it's", "BASH_FUNC_x%%": "() { :; }"},
+        "channels": ("vcan0",),
+        "results": (),
+    }
+    return guest.Job(**{**parts, **changes})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("shift", [0, 2])
+def test_the_clock_follows_counted_instructions(shift: int) -> None:
+    """Idle time is skipped, and neither KVM nor a second processor spoils the count."""
+    line = machine(shift)
+
+    assert line[line.index("-icount") + 1] == f"shift={shift},sleep=off"
+    assert line[line.index("-accel") + 1] == "tcg"
+    assert line[line.index("-smp") + 1] == "1"
+    assert "-enable-kvm" not in line
+
+
+def test_the_host_is_shared_read_only_and_results_are_not() -> None:
+    """Only what was named can be written to; a comma in a path is doubled for QEMU."""
+    shares = [word for word in machine(results=(Path("/a,b"),)) if word.startswith("local,")]
+
+    assert "readonly=on" in shares[0]
+    assert "readonly" not in shares[1]
+    assert "path=/a,,b," in shares[1]
+
+
+def test_the_job_keeps_folder_arguments_and_environment() -> None:
+    """Spaces and quotes survive; what no shell can export is left out; no bytecode is written."""
+    script = guest.job_script(job())
+
+    assert "cd '/home/me/my bench' || exit 126" in script
+    assert "exec pytest -k 'a b'" in script
+    assert "export QUOTED='it'\"'\"'s'" in script
+    assert "BASH_FUNC" not in script
+    assert "export PYTHONDONTWRITEBYTECODE=1" in script
+
+
+@pytest.mark.parametrize("results", [(), (Path("/r/one two"), Path("/s"))])
+def test_the_scripts_are_valid_shell(results: tuple[Path, ...]) -> None:
+    """A shell that only reads them (-n) finds no fault."""
+    asked = job(channels=("vcan0", "vcan1"), results=results)
+    for script in (guest.init_script(asked, ["can"]), guest.copy_script(asked)):
+        subprocess.run(["sh", "-n"], input=script, text=True, check=True)
+
+
+def test_every_channel_is_made() -> None:
+    """Each --channel gets its line."""
+    script = guest.init_script(job(channels=("vcan0", "can7")), [])
+
+    assert "ip link add dev vcan0 type vcan" in script
+    assert "ip link set can7 up" in script
+
+
+def test_initial_files_hold_modules_job_and_first_process() -> None:
+    """All that the guest needs before it sees the host is in the archive."""
+    files = guest.initial_files(job(), b"BUSYBOX", [Module("can_raw", b"ELF")])
+
+    for name in (
+        b"bin/busybox\0",
+        b"modules/can_raw.ko\0",
+        b"job\0",
+        b"init\0",
+        b"bin/copy-out\0",
+    ):
+        assert name in files
+
+
+@pytest.mark.skipif(shutil.which("cpio") is None, reason="no cpio program to compare with")
+def test_the_archive_is_read_by_cpio() -> None:
+    """An independent reader finds the same names and contents."""
+    entries = [directory("d"), regular("d/file", b"hello"), character_device("null", 1, 3)]
+
+    read = subprocess.run(
+        ["cpio", "-it", "--quiet"], input=archive(entries), capture_output=True, check=True
+    )
+
+    assert read.stdout.split() == [b"d", b"d/file", b"null"]
+
+
+def test_the_archive_is_aligned_and_ended() -> None:
+    """Every record starts at a multiple of four bytes, and the last one is the trailer."""
+    packed = archive([regular("a", b"12345")])
+
+    assert len(packed) % 4 == 0
+    assert packed.startswith(b"070701")
+    assert packed.rstrip(b"\0").endswith(b"TRAILER!!!")
