@@ -108,9 +108,8 @@ class Trace:
         frame, at, doubt_ns, own = sighting
         self._at.append(at)
         self._doubt.append(doubt_ns if doubt_ns < _MOST_DOUBT else _MOST_DOUBT)
-        self._head.append(frame.head | own << 40)
-        data = frame.data
-        self._body.append(int.from_bytes(data, "big") if data else 0)
+        self._head.append(frame.head | 1 << 40 if own else frame.head)
+        self._body.append(frame.body)
         for sink in self._sinks:
             sink.write(sighting)
         return len(self._at) - 1

@@ -123,6 +123,8 @@ class Frame:
     _bits: int = field(default=0, init=False, repr=False, compare=False)
     order: int = field(default=0, init=False, repr=False, compare=False)
     """Arbitration: of two frames that start together the one with the lower order wins."""
+    body: int = field(default=0, init=False, repr=False, compare=False)
+    """The data as a big-endian number, for packing."""
     head: int = field(default=0, init=False, repr=False, compare=False)
     """Everything but the data, packed: can_id | extended << 29 | remote << 30 | dlc << 32."""
 
@@ -140,6 +142,7 @@ class Frame:
             write(self, "dlc", size)
         elif not 0 <= self.dlc <= MAX_DLC or (not self.remote and min(self.dlc, 8) != size):
             raise ValueError(f"dlc {self.dlc} does not go with {size} data bytes")
+        write(self, "body", int.from_bytes(self.data, "big"))
         write(self, "order", _arbitration_order(self.can_id, self.remote, self.extended))
         write(
             self,

@@ -187,12 +187,10 @@ class Operation:
 
     def advance(self, now: int) -> Frames:
         """Everything that is due, oldest first."""
-        due = self.deadline()
-        if due is None or due > now:
-            return NOTHING
-        frames = self.fire(due)
+        frames: Frames = NOTHING
         while (due := self.deadline()) is not None and due <= now:
-            frames = (*frames, *self.fire(due))
+            fired = self.fire(due)
+            frames = (*frames, *fired) if frames else fired
         return frames
 
     def fire(self, now: int) -> Frames:
@@ -209,7 +207,7 @@ class Operation:
 
     def beat_frames(self) -> Frames:
         """The heartbeat that shows the present state."""
-        return self.beats[self.state.value]
+        return self.beats[self.state]
 
     def deadline(self) -> int | None:
         """Boot-up, next heartbeat, or next key to settle."""
