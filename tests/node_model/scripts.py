@@ -203,7 +203,8 @@ def parameters() -> Iterator[Script]:
     for heartbeat_ms in (0, 10, 15, 1000, 0x1234, 0xFFFF):
         profile = factory(heartbeat_ms=heartbeat_ms, sync_time=1)
         moves: list[tuple[int, Input]] = [(300, held("k3")), (333, Frame(0x201, b"\1"))]
-        yield profile, steps(*STARTED, *moves * 4, (20_000, None), (70_000, nmt(129, 0)))
+        long_ms = 70 * min(heartbeat_ms, 1000)
+        yield profile, steps(*STARTED, *moves * 4, (200, None), (long_ms, nmt(129, 0)))
     for debounce in (0, 12):
         moves = [(2000, held("k3")), (2000, held("k3", "k4")), (1000, NONE)]
         yield factory(debounce=debounce, sync_time=7), steps(*STARTED, *moves)
@@ -212,10 +213,10 @@ def parameters() -> Iterator[Script]:
 def scripts() -> Iterable[Script]:
     """All of them."""
     return (
-        *commands(),
         key_moves(),
         led_frames(),
-        foreign_traffic(),
-        *commissionings(),
         *parameters(),
+        *commissionings(),
+        *commands(),
+        foreign_traffic(),
     )
