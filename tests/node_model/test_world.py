@@ -119,6 +119,25 @@ def test_a_frame_that_ends_later_is_not_seen_yet() -> None:
     assert world.next_frame(46 * BIT) == (LOW, 46 * BIT, tester, 0)
 
 
+def test_a_frame_that_must_wait_for_the_idle_wire_has_not_started_yet() -> None:
+    """Time may stand in the intermission, and go on from there."""
+    world, tester = wire()
+    world.attach(Ear())
+    world.send(tester, LOW)
+    world.send(tester, HIGH)
+    assert world.next_frame(S) == (LOW, 46 * BIT, tester, 0)
+    assert world.next_frame(47 * BIT) is None
+    assert world.next_frame(S) == (HIGH, (46 + 3 + 46) * BIT, tester, 0)
+
+
+def test_a_tester_may_act_like_a_node() -> None:
+    """What its verb returns is sent."""
+    world, tester = wire()
+    world.attach(Ear())
+    world.act(tester, lambda _: (LOW,))
+    assert world.next_frame(S) == (LOW, 46 * BIT, tester, 0)
+
+
 def test_a_world_may_begin_at_any_instant() -> None:
     """And its bits at one megabit take 1000 ns."""
     world = World(1_000_000, now=7)
