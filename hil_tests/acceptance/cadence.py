@@ -48,24 +48,24 @@ def enough(bench: Bench) -> int:
     return FEW if long and not bench.stage.virtual else ENOUGH
 
 
-def settle_in(bench: Bench, state: State) -> Seen:
-    """Command the node into a state.
+def settle_in(bench: Bench, state: State, requirement: str = "NMT-04") -> Seen:
+    """Command the node into a state; that it goes there is what `requirement` says.
 
     Returns:
         A beat that falls due when the command has surely acted: an extra beat at the change
         of state and the new phase after it lie behind.
     """
-    sent = enter(bench, state)
+    sent = enter(bench, state, requirement)
     settled = sent.at + bench.profile.limits.command_ns
     bench.wait_until(settled)
     return next_beat(bench, exactly(settled))
 
 
-def next_beat(bench: Bench, after: Seen | Interval) -> Seen:
-    """The next beat; that it comes within a period is what HB-01 says."""
+def next_beat(bench: Bench, after: Seen | Interval, requirement: str = "HB-01") -> Seen:
+    """The next beat; that it comes within a period is what `requirement` says."""
     each = bench.watch.expected.heartbeat_each
     matcher = matchers.heartbeat(bench.node_id)
-    return bench.expect(matcher, after=after, within=each.at_most_ns, requirement="HB-01")
+    return bench.expect(matcher, after=after, within=each.at_most_ns, requirement=requirement)
 
 
 def row(bench: Bench, count: int, first: Seen) -> list[Seen]:

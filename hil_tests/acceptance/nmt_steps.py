@@ -28,14 +28,14 @@ def name_of(value: State | Nmt) -> str:
     return value.name.lower().replace("_", "-")
 
 
-def enter(bench: Bench, state: State) -> Seen:
+def enter(bench: Bench, state: State, requirement: str = "NMT-04") -> Seen:
     """Command the node into a state and see that it is there.
 
     Returns:
         The command.
     """
     command = bench.nmt(COMMAND_TO[state])
-    bench.expect_state(state, after=command, requirement="NMT-04")
+    bench.expect_state(state, after=command, requirement=requirement)
     return command
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import product
+
+import attrs
 import pytest
 
 from hil_tests.acceptance.nmt_steps import (
@@ -14,7 +17,7 @@ from hil_tests.acceptance.nmt_steps import (
     expect_unmoved,
     name_of,
 )
-from hil_tests.api import MS, Bench, Frame, Nmt, State, cobs, matchers
+from hil_tests.api import MS, Bench, Frame, Keys, Nmt, Power, State, cobs, matchers
 
 UNKNOWN = tuple(set(range(256)) - set(Nmt))
 """00h, 03h..7Fh, 83h..FFh."""
@@ -170,6 +173,23 @@ def test_parameters_outlast_a_reset(bench: Bench, command: Nmt, state: State) ->
     for _ in range(2):
         beat = bench.expect(matchers.heartbeat(bench.node_id), after=beat, within=each)
     bench.expect_state(State.PRE_OPERATIONAL, after=boot)
+
+
+@pytest.mark.requirement("NMT-06")
+def test_commissioned_parameters_outlast_resets(bench: Bench, power: Power, keys: Keys) -> None:
+    """What was commissioned over the bus is still there after resets from every state."""
+    target = attrs.evolve(bench.fresh(), node_id=13, heartbeat_ms=60)
+    bench.commission(target)
+    bench.boot()
+    limits = bench.profile.limits
+    each = bench.watch.expected.heartbeat_each
+    for command, state in product(RESETS, RUNNING_STATES):
+        enter(bench, state)
+        sent = bench.nmt(command)
+        boot_up, heartbeat = matchers.boot_up(bench.node_id), matchers.heartbeat(bench.node_id)
+        boot = bench.expect(boot_up, after=sent, within=limits.boot_up_ns)
+        beat = bench.expect(heartbeat, after=boot, within=each.at_most_ns)
+        bench.expect(heartbeat, after=beat, within=each)
 
 
 @pytest.mark.requirement("NMT-04", "NMT-07")

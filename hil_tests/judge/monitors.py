@@ -169,6 +169,11 @@ class BootUp:
         """The device got a frame that it may take for a reset: one boot-up may follow."""
         self._excused += 1
 
+    def doubt(self) -> None:
+        """Frames may have been lost: a boot-up that is owed may be among them, or may come."""
+        self._excused += self._owed
+        self._owed = 0
+
     def tolerate(self) -> None:
         """The device may boot, or may not: both are left to it."""
         self._owed = 1
@@ -188,6 +193,7 @@ class BootUp:
     def restarted(self, when: Interval, by: Nmt | None) -> None:
         self._overdue(when.earliest)
         self._owed = 1 if by is None else self._owed + 1
+        self._excused = 0 if by is None else self._excused
         self._since = when
         self._grace_ns = 0 if by is None else self._expected.command_ns
 
@@ -237,12 +243,13 @@ class Heartbeats:
         if self._first:
             self._first = False
             self._span(seen, last, first=True)
-            self._begin(seen)
             return
         before = last.wanted
         low = wanted.earliest - before.latest
         high = wanted.latest - before.earliest
         self._steady += 1
+        if self._steady_from is None:
+            self._resume(last)
         if low < self._low or high > self._high:
             self._span(seen, last, first=False)
 
@@ -251,9 +258,11 @@ class Heartbeats:
         self._last = seen
         self._first = True
 
-    def _begin(self, seen: Seen) -> None:
-        self._steady_from = seen
-        self._steady = 0
+    def _resume(self, last: Seen) -> None:
+        """A stretch of undisturbed beats began with `last`, unless a command may still act."""
+        if last.wanted.earliest > self._free_until:
+            self._steady_from = last
+            self._steady = 1
 
     def _content(self, seen: Seen) -> None:
         """The byte shows a state, and one that is possible."""
@@ -324,7 +333,6 @@ class Heartbeats:
         self._end_steady()
         self._known = None
         self._free_until = when.latest + self._expected.command_ns + max(self._high, 0)
-        self._steady_from = None
 
     def silenced(self, when: Interval) -> None:
         self._overdue(when.earliest)

@@ -96,7 +96,7 @@ class Watch:
         if command is not None:
             self._beat = None
             self.timeline.command(when, command)
-            self._tell(when, command)
+            self._tell(self._calm(when), command)
             return
         perhaps = long_nmt_for(frame, node_id)
         if perhaps is not None:
@@ -105,7 +105,7 @@ class Watch:
             self._heartbeats.commanded(when)
             if perhaps in _RESETS:
                 self._boot.excuse()
-                self._heartbeats.silenced(when)
+                self._heartbeats.silenced(self._calm(when))
 
     def _tell(self, when: Interval, command: Nmt) -> None:
         for monitor in self._monitors:
@@ -130,22 +130,29 @@ class Watch:
             return
         mode = _MODES.get(str(moment.detail.get("mode")))
         self.timeline.power_on(moment.when, mode)
+        when = self._calm(moment.when)
         for monitor in self._monitors:
             if mode is False and not self._deaf:
-                monitor.restarted(moment.when, None)
+                monitor.restarted(when, None)
             else:
-                monitor.silenced(moment.when)
+                monitor.silenced(when)
         if mode is None:
             self._boot.tolerate()
 
     def _silence(self, when: Interval) -> None:
+        when = self._calm(when)
         for monitor in self._monitors:
             monitor.silenced(when)
+
+    def _calm(self, when: Interval) -> Interval:
+        """From where on a frame of the device may still have waited for the bus."""
+        return Interval(min(when.earliest, self.quiet_from(when.earliest)), when.latest)
 
     def happened(self, event: BusEvent) -> None:
         """A bus event: what was lost may have been anything, so the cadence starts anew."""
         self._beat = None
         self.clock.disturb(event.at)
+        self._boot.doubt()
         # Nothing can be overdue: what is missing may be among what was lost.
         self._silence(Interval(-1, -1))
 
