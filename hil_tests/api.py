@@ -19,7 +19,7 @@ from hil_tests.judge.verdict import (
     Outcome,
     Verdict,
 )
-from hil_tests.trace import Moment
+from hil_tests.trace import EventKind, Moment
 from node_model.frame import Frame
 
 __all__ = [
@@ -29,6 +29,7 @@ __all__ = [
     "BitRate",
     "DeviceFailure",
     "DeviceProfile",
+    "EventKind",
     "Frame",
     "InconclusiveResult",
     "Interval",

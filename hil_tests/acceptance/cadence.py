@@ -9,6 +9,7 @@ from hil_tests.acceptance.nmt_steps import enter
 from hil_tests.api import (
     MS,
     Bench,
+    EventKind,
     Interval,
     NotRun,
     Outcome,
@@ -20,7 +21,6 @@ from hil_tests.api import (
     matchers,
 )
 from hil_tests.judge.periodic import ENOUGH
-from hil_tests.trace import EventKind
 
 LONG_PERIOD_MS = 5000
 """Where time is real, few intervals of longer periods are waited for."""

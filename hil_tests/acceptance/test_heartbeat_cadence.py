@@ -94,6 +94,7 @@ def test_traffic_of_others_does_not_disturb_it(bench: Bench, state: State) -> No
         Frame(0x100, bytes(6)),
         Frame(0x180 + other, b"\xff"),
         Frame(0x700 + other, b"\x05"),
+        Frame(0x700 + other, b"\x00"),
         nmt_frame(0x03, bench.node_id),
         Frame(0x200 + other, b"\xff"),
         Frame(0x700 + bench.node_id, dlc=1, remote=True),

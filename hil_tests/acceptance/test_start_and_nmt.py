@@ -179,6 +179,7 @@ def traffic_that_starts_nothing(node_id: int) -> tuple[Frame, ...]:
         Frame(0x100, bytes(6)),
         Frame(0x180 + node_id, dlc=1, remote=True),
         Frame(0x700 + node_id, dlc=1, remote=True),
+        Frame(0x77F, b"\x00"),
         Frame(0x77F, b"\x05"),
         Frame(0x4F8, bytes((node_id, Nmt.START, 0, 100, 0, 1))),
         Frame(0x7E5, b"\x04\x00" + bytes(6)),
