@@ -7,6 +7,7 @@ through the watch, once, in order; verdicts are made from those.
 from __future__ import annotations
 
 from array import array
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from heapq import heappop, heappush
 from typing import TYPE_CHECKING, TypeVar
@@ -75,6 +76,7 @@ class BenchCore:
         self._order = 0
         self._began_at = stage.port.now()
         self.watch = self._new_watch(off=False)
+        self._rates = [(0, self.watch.clock.bit_ns)]
         self.power = Power(self, stage.power) if stage.power else None
         self.keys = Keys(self, stage.keys) if stage.keys else None
         self.leds = Leds(self, stage.leds) if stage.leds else None
@@ -131,6 +133,7 @@ class BenchCore:
             1_000_000_000 // rate if port.timed else 0,
             frozenset((State.OFF,)) if off else ANY_STATE,
             rate,
+            self.now(),
         )
 
     # The trace.
@@ -144,6 +147,7 @@ class BenchCore:
         self._found = []
         self._began_at = self.now()
         self.watch = self._new_watch(off=False)
+        self._rates = [(0, self.watch.clock.bit_ns)]
 
     def begin_example(self) -> None:
         """An example of a property begins: the one before is counted, and its record let go."""
@@ -166,6 +170,7 @@ class BenchCore:
         self.settle()
         self._found.extend(self.watch.finish(self.now(), self.lateness))
         self.watch = self._new_watch(off=off)
+        self._rates.append((len(self.trace), self.watch.clock.bit_ns))
 
     def note(self, moment: Moment) -> Moment:
         """Put a stimulus into the trace, in its place among the frames.
@@ -180,6 +185,7 @@ class BenchCore:
                 later.append(item)
         self.trace.note(moment)
         self.watch.did(moment)
+        self._rates.append((len(self.trace), self.watch.clock.bit_ns))
         for item in later:
             self.take(item)
         return moment
@@ -208,8 +214,8 @@ class BenchCore:
 
     def seen(self, index: int) -> Seen:
         """The frame with that index in the trace, with its causal interval."""
-        frame, at, doubt_ns, own = self.trace.frame(index)
-        bit_ns = self.watch.clock.bit_ns
+        frame, at, _, own = self.trace.frame(index)
+        bit_ns = self._rates[bisect_right(self._rates, (index, FOREVER)) - 1][1]
         latest = at - frame.bits * bit_ns if bit_ns else at
         return Seen(frame, at, Interval(min(self._earliest[index], latest), latest), own, index)
 

@@ -5,8 +5,10 @@ for at that start. If it stands in a chain of back-to-back frames, it was asked 
 the start of the last frame of lower priority in the chain (it would have won against it)
 or, where there is none, after the chain began, and before it started itself.
 
-A device may queue its own frames first in, first out; then a frame may have waited behind
-an earlier one of its own, so only what happened after that one counts as evidence.
+A device may queue its own frames first in, first out, in one queue or several; a frame may
+then have waited behind any of its own that started since, and was asked for no earlier than
+the earliest of those. What was on the wire unseen (an error frame, a loss, the time before
+the watch began) is no evidence: the chain goes on through it.
 On an untimed wire a frame is asked for at its stamp, within the stamp's doubt.
 """
 
@@ -15,9 +17,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from hil_tests.clock import Interval
+from hil_tests.clock import FOREVER, Interval
 from hil_tests.trace import Sighting
 from node_model.frame import INTERMISSION_BITS, Frame
+
+LONGEST_BITS = 160
+"""A longest frame, 157 bits (29-bit identifier, 8 bytes, most stuffing), and intermission."""
+
+ERROR_FRAME_BITS = 28
+"""Error flag 6, its echo 6, delimiter 8, and 8 in which an error-passive sender stays back."""
 
 
 class Seen(NamedTuple):
@@ -28,7 +36,7 @@ class Seen(NamedTuple):
     """Stamp: when it had ended."""
     wanted: Interval
     own: bool
-    index: int
+    index: int  # type: ignore[assignment]  # hides tuple.index, which nobody needs here
     """Its place among the frames of the trace."""
 
     @property
@@ -44,37 +52,58 @@ class CausalClock:
         bit_ns: duration of a bit; 0 on an untimed wire.
         from_device: tells the frames of the device under test; the queue rule applies to
             them. Other stations count one by one as evidence only by their priority.
+        since: from when on the wire is watched; a chain may have begun before. Left out,
+            the wire is taken to be idle before the first frame.
     """
 
     __slots__ = (
         "_chain_from",
-        "_device_from",
-        "_device_start",
+        "_first",
         "_from_device",
+        "_idle_ns",
         "_last_end",
         "_lower",
         "bit_ns",
     )
 
-    def __init__(self, bit_ns: int, from_device: Callable[[Frame], bool]) -> None:
+    def __init__(
+        self, bit_ns: int, from_device: Callable[[Frame], bool], since: int = -FOREVER
+    ) -> None:
         self.bit_ns = bit_ns
+        self._idle_ns = (INTERMISSION_BITS + 1) * bit_ns
         self._from_device = from_device
-        self._last_end = -(1 << 62)
-        self._chain_from = 0
-        self._lower: list[tuple[int, int]] = []
-        """(order, start) of frames in the chain, orders falling from bottom to top."""
-        self._device_from: int | None = None
-        """Earliest request of the device's last frame in the chain, None = none yet."""
-        self._device_start = 0
+        self._last_end = since
+        self._chain_from = -FOREVER
+        self._first: Frame | None = None
+        """First frame of a chain, if it is not among `_lower` yet."""
+        self._lower: list[tuple[int, int, int]] = []
+        """Of frames in the chain, orders falling from bottom to top: order, earliest start,
+        and the earliest request of the device's frames from this one up to the next."""
 
     def disturb(self, at: int) -> None:
-        """Something unseen (an error frame, a loss) kept the wire busy until `at`.
+        """Something unseen (an error frame, a loss) kept the wire busy at `at`.
 
         What follows may have been asked for at any time since the last certain idle, so
-        the chain goes on through it.
+        the chain goes on through it, and what came before is no evidence any more: a frame
+        that was lost may have been the device's own, with others waiting behind it.
         """
-        if at > self._last_end:
-            self._last_end = at
+        self._forget()
+        until = at + ERROR_FRAME_BITS * self.bit_ns
+        if until > self._last_end:
+            self._last_end = until
+
+    def _forget(self) -> None:
+        """What was seen is no evidence any more."""
+        self._first = None
+        self._lower.clear()
+
+    def retune(self, bit_ns: int, at: int) -> None:
+        """From `at` on the wire runs at another bit rate; before, it was not to be seen."""
+        self.bit_ns = bit_ns
+        self._idle_ns = (INTERMISSION_BITS + 1) * bit_ns
+        self._forget()
+        self._last_end = at
+        self._chain_from = -FOREVER
 
     def idle_before(self, until: int) -> int:
         """A frame asked for before the instant returned would have ended by `until`.
@@ -82,7 +111,7 @@ class CausalClock:
         While the wire is busy that is the start of the present chain; else it is the time
         that a longest frame takes before `until`.
         """
-        longest_ns = 160 * self.bit_ns
+        longest_ns = LONGEST_BITS * self.bit_ns
         if until - self._last_end <= longest_ns:
             return min(self._chain_from, until - longest_ns)
         return until - longest_ns
@@ -94,35 +123,45 @@ class CausalClock:
         if not bit_ns:
             return Seen(frame, at, Interval(at - doubt_ns, at), own, index)
         start = at - frame.bits * bit_ns
-        gap_ns = start - self._last_end
+        idle_ns = start - doubt_ns - self._last_end
         self._last_end = at
-        if gap_ns > (INTERMISSION_BITS + 1) * bit_ns + doubt_ns:
+        if idle_ns > self._idle_ns:
             # The wire was idle: no chain, and the start is the request, to one bit.
-            earliest = start - doubt_ns - bit_ns
-            self._chain_from = earliest
-            self._lower.clear()
-            self._lower.append((frame.order, start))
-            self._device_from = earliest if not own and self._from_device(frame) else None
-            self._device_start = start
-            return Seen(frame, at, Interval(earliest, start), own, index)
-        earliest = self._in_chain(frame, start, doubt_ns, own)
+            self._chain_from = earliest = start - doubt_ns - bit_ns
+            self._first = frame
+        else:
+            earliest = self._in_chain(frame, start - doubt_ns, own)
         return Seen(frame, at, Interval(earliest, start), own, index)
 
-    def _in_chain(self, frame: Frame, start: int, doubt_ns: int, own: bool) -> int:
+    def _begin(self, first: Frame) -> None:
+        """A second frame follows the first one of a chain: that becomes evidence."""
+        earliest = self._chain_from
+        queued = earliest if self._from_device(first) else FOREVER
+        self._lower[:] = [(first.order, earliest + self.bit_ns, queued)]
+        self._first = None
+
+    def _in_chain(self, frame: Frame, start: int, own: bool) -> int:
+        """Earliest request of a frame that stands in a chain; `start` is its earliest start."""
         lower = self._lower
+        if self._first is not None:
+            self._begin(self._first)
         order = frame.order
+        queued = FOREVER
+        """Earliest request of the device's frames since the evidence."""
         while lower and lower[-1][0] <= order:
-            lower.pop()
-        evidence = lower[-1][1] - doubt_ns if lower else self._chain_from
-        lower.append((order, start))
+            queued = min(queued, lower.pop()[2])
+        earliest = self._chain_from
+        if lower:
+            below, earliest, since = lower[-1]
+            queued = min(queued, since)
+            lower[-1] = (below, earliest, queued)
         if own or not self._from_device(frame):
-            return evidence
-        if self._device_from is not None and evidence <= self._device_start:
-            # It may have waited behind the device's own earlier frame.
-            evidence = min(evidence, self._device_from)
-        self._device_from = evidence
-        self._device_start = start
-        return evidence
+            lower.append((order, start, FOREVER))
+            return earliest
+        # It may have waited behind one of the device's own.
+        earliest = min(earliest, queued)
+        lower.append((order, start, earliest))
+        return earliest
 
 
 class Lateness:

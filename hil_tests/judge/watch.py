@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from hil_tests.clock import Interval
+from hil_tests.clock import FOREVER, Interval, S
 from hil_tests.judge.causal import CausalClock, Lateness, Seen
 from hil_tests.judge.cobs import COMMISSION, ERROR_CONTROL, Nmt, device_ids, long_nmt_for, nmt_for
 from hil_tests.judge.expected import Expected
@@ -31,6 +31,7 @@ class Watch:
         bit_ns: duration of a bit; 0 on an untimed wire.
         states: in which states the device can be at the start.
         rate: bit rate of the tester's end at the start; None = the device's.
+        since: instant from which the wire is watched; left out, it was idle before.
     """
 
     def __init__(
@@ -39,11 +40,12 @@ class Watch:
         bit_ns: int = 0,
         states: States = ANY_STATE,
         rate: int | None = None,
+        since: int = -FOREVER,
     ) -> None:
         self.expected = expected
         self.timeline = StateTimeline(expected.command_ns, states)
         self._ids = device_ids(expected.node_id)
-        self.clock = CausalClock(bit_ns, self._is_device)
+        self.clock = CausalClock(bit_ns, self._is_device, since)
         self._allowed = AllowedFrames(expected, self.timeline)
         self._boot = BootUp(expected)
         self._heartbeats = Heartbeats(expected, self.timeline)
@@ -120,8 +122,11 @@ class Watch:
         if moment.what == "power":
             self._power(moment)
         elif moment.what == "bitrate":
-            self._deaf = self.expected.bit_rate not in {None, moment.detail.get("bit_rate")}
+            rate = moment.detail.get("bit_rate")
+            self._deaf = self.expected.bit_rate not in {None, rate}
             self._silence(moment.when)
+            if isinstance(rate, int) and self.clock.bit_ns:
+                self.clock.retune(S // rate, moment.ended_at)
 
     def _power(self, moment: Moment) -> None:
         if not moment.detail.get("on"):
