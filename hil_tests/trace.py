@@ -8,6 +8,7 @@ written as it comes (a sink gets each entry at once).
 from __future__ import annotations
 
 from array import array
+from bisect import bisect_left
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
@@ -15,7 +16,6 @@ from typing import NamedTuple, Protocol
 
 from hil_tests.clock import Interval
 from node_model.frame import Frame
-
 
 _MOST_DOUBT = (1 << 32) - 1
 """A stamp that is four seconds off or more is kept as that: it decides nothing anyway."""
@@ -145,16 +145,26 @@ class Trace:
         """The bus events, in order."""
         return (entry for entry in self._others if isinstance(entry, BusEvent))
 
-    def entries(self, start: int = 0) -> Iterator[Entry]:
-        """Everything in the order in which it became known, from frame index `start`."""
-        others = iter(zip(self._places, self._others, strict=True))
+    def mark(self) -> tuple[int, int]:
+        """The present place, to read on from with `entries`."""
+        return len(self._at), len(self._others)
+
+    def entries(self, start: int = 0, skip: int | None = None) -> Iterator[Entry]:
+        """Everything in the order in which it became known.
+
+        Args:
+            start: index of the first frame.
+            skip: how many of the other entries came before; None = all those that became
+                known before the frame `start - 1`.
+        """
+        first = bisect_left(self._places, start) if skip is None else skip
+        others = zip(self._places[first:], self._others[first:], strict=True)
         place, other = next(others, (None, None))
-        for index in range(len(self) + 1):
+        for index in range(start, len(self) + 1):
             while place is not None and other is not None and place <= index:
-                if place >= start:
-                    yield other
+                yield other
                 place, other = next(others, (None, None))
-            if start <= index < len(self):
+            if index < len(self):
                 yield self.frame(index)
 
     def index_at(self, instant: int) -> int:
