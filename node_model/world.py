@@ -96,6 +96,8 @@ class World:
         self._flying: Waiting | None = None
         self._ends_at = 0
         self._idle_from = now
+        self.errors: list[int] = []
+        """When error frames began that a tester has not taken note of yet."""
 
     # Who is there.
 
@@ -156,6 +158,7 @@ class World:
         It takes an active error flag, its echo and the delimiter (ISO 11898-1, error frame),
         then the intermission.
         """
+        self.errors.append(self.now)
         flying = self._flying
         if flying is not None:
             sender = flying[4]
@@ -310,8 +313,9 @@ class World:
         self._routes.clear()
 
     def _abort(self) -> None:
-        """The frame on the wire is cut off in the middle."""
+        """The frame on the wire is cut off in the middle, which everybody sees as an error."""
         if self._flying is not None:
+            self.errors.append(self.now)
             self._flying[4].lost += 1
             self._flying = None
             self._idle_from = self.now + INTERMISSION_BITS * self.bit_ns

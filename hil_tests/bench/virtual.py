@@ -9,7 +9,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from hil_tests.bench.action import LedEdges
+from hil_tests.bench.action import (
+    BitRateDriver,
+    HealthDriver,
+    KeysDriver,
+    LedEdges,
+    LedsDriver,
+    PowerDriver,
+)
 from hil_tests.clock import MS, Interval, S, exactly
 from hil_tests.trace import BusEvent, EventKind, Sighting
 from node_model.frame import Frame
@@ -46,7 +53,7 @@ class VirtualPort:
         """Sit at another wire from now on."""
         self.world = world
         self.tester = world.attach(None)
-        self._events: list[BusEvent] = []
+        self._held: Sighting | None = None
 
     def now(self) -> int:
         """Virtual time in ns."""
@@ -58,17 +65,26 @@ class VirtualPort:
 
     def next(self, until: int, also: Sequence[int] = ()) -> Sighting | BusEvent | None:  # noqa: ARG002
         """Run the world up to the next frame."""
-        if self._events:
-            return self._events.pop(0)
-        found = self.world.next_frame(until)
-        if found is None:
-            return None
-        return Sighting(found[0], found[1], 0, found[2] is self.tester)
+        world = self.world
+        if world.errors:
+            return self._error()
+        if self._held is not None:
+            held, self._held = self._held, None
+            return held
+        found = world.next_frame(until)
+        seen = found and Sighting(found[0], found[1], 0, found[2] is self.tester)
+        if world.errors:
+            self._held = seen
+            return self._error()
+        return seen
+
+    def _error(self) -> BusEvent:
+        """An error frame that went before whatever frame was seen since."""
+        return BusEvent(EventKind.ERROR, self.world.errors.pop(0))
 
     def jam(self) -> None:
         """Put an error frame on the wire."""
         self.world.jam()
-        self._events.append(BusEvent(EventKind.ERROR, self.world.now))
 
     def set_bit_rate(self, bit_rate: int) -> None:
         """The wire's bit rate; a device at another one is deaf and mute."""
@@ -113,7 +129,7 @@ class VirtualStage:
     virtual = True
     exclusive = True
     writes_allowed = True
-    health = None
+    health: HealthDriver | None = None
     timed_sequences = False
     sees_edges = True
 
@@ -125,10 +141,10 @@ class VirtualStage:
         self.name = name
         self.bit_rate = 0
         self.port = VirtualPort(World())
-        self.power = self
-        self.keys = self
-        self.leds = self
-        self.bitrate = self
+        self.power: PowerDriver | None = self
+        self.keys: KeysDriver | None = self
+        self.leds: LedsDriver | None = self
+        self.bitrate: BitRateDriver | None = self
         self._enter(profile, 0, profile.factory.bit_rate)
 
     def _enter(self, profile: Profile, now: int, bit_rate: int) -> None:
@@ -208,6 +224,9 @@ class VirtualStage:
     def watch(self, for_ns: int) -> Done[LedEdges]:
         """See LedsDriver."""
         return Watching(self, for_ns, lambda edges: edges)
+
+    def check(self) -> None:
+        """A virtual bench does not break."""
 
     def close(self) -> None:
         """Nothing to leave."""
