@@ -76,6 +76,10 @@ class AllowedFrames:
         """The tester sent 4F8h: an echo may follow."""
         self._requested = True
 
+    def powered(self) -> None:
+        """A new start, in whatever mode, needs a new 4F8h."""
+        self._requested = False
+
     def see(self, seen: Seen) -> None:
         frame = seen.frame
         rule = self._rules.get(frame.can_id)
@@ -111,9 +115,8 @@ class AllowedFrames:
         """FAIL where no possible state allows the frame at any instant of `when`."""
         return Outcome.INCONCLUSIVE if self._timeline.possible(when) & states else Outcome.FAIL
 
-    def restarted(self, when: Interval, by: Nmt | None) -> None:  # noqa: ARG002
-        if by is None:
-            self._requested = False
+    def restarted(self, when: Interval, by: Nmt | None) -> None:
+        """The timeline knows."""
 
     def commanded(self, when: Interval) -> None:
         """The timeline knows."""

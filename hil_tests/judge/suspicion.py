@@ -37,12 +37,17 @@ class Suspicion:
     limits: Limits | None = None
 
     def confirm(self, lateness: Lateness) -> Verdict | None:
-        """The verdict with all that is known of the host; None = nothing is wrong."""
+        """The verdict with all that is known of the host; None = nothing is wrong.
+
+        A span that straddles its limit, now that the host's lateness is in it, is none of
+        the conclusive ones: no verdict, as if that had been known when it was seen.
+        """
         when = lateness.widen(self.seen)
         measured = when.since(lateness.widen(self.since)) if self.since else None
         outcome = self.check(when)
         if self.limits is not None and measured is not None:
-            outcome = self.limits.check(measured)
+            conclusive = self.limits.check(measured) is Outcome.FAIL
+            outcome = Outcome.FAIL if conclusive else Outcome.PASS
         if outcome is Outcome.PASS:
             return None
         return Verdict(self.requirement, outcome, self.text, measured, self.limits, self.seen.at)

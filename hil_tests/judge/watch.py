@@ -134,6 +134,7 @@ class Watch:
             self._silence(moment.when)
             return
         mode = _MODES.get(str(moment.detail.get("mode")))
+        self._allowed.powered()
         self.timeline.power_on(moment.when, mode)
         when = self._calm(moment.when)
         for monitor in self._monitors:

@@ -26,13 +26,17 @@ def device(
     bit_rate: int | None = 250_000,
     exclusive: bool = True,
 ) -> Expected:
-    """A node 5 with a heartbeat of 100 ms: each interval 95..105 ms, their mean 98..102 ms."""
+    """A node 5 with a heartbeat of 100 ms: each interval 95..105 ms, their mean 98..102 ms.
+
+    Without a period there are no limits.
+    """
+    each = Limits(95 * MS, 105 * MS) if heartbeat_ms else Limits()
     return Expected(
         node_id=node_id,
         heartbeat_ns=None if heartbeat_ms is None else heartbeat_ms * MS,
-        heartbeat_each=Limits(95 * MS, 105 * MS),
-        heartbeat_mean=Limits(98 * MS, 102 * MS),
-        heartbeat_first=Limits(at_most_ns=105 * MS),
+        heartbeat_each=each,
+        heartbeat_mean=Limits(98 * MS, 102 * MS) if heartbeat_ms else Limits(),
+        heartbeat_first=Limits(at_most_ns=each.at_most_ns),
         bit_rate=bit_rate,
         command_ns=50 * MS,
         boot_up_ns=1 * S,
