@@ -56,6 +56,11 @@ class Load:
         self._due_at = None
         return NOTHING
 
+    def stop(self, now: int) -> Frames:  # noqa: ARG002  told the time like every node
+        """Ask for no more; what waits is still sent."""
+        self._due_at = None
+        return NOTHING
+
     def receive(self, frame: Frame, now: int) -> Frames:  # noqa: ARG002  a verb of every node
         """It heeds nothing."""
         return NOTHING

@@ -192,15 +192,24 @@ class JudgingBench(BenchCore):
         end = since.latest + for_ns
         self.wait_until(end)
         self.settle()
-        for seen in self.collect(matcher, after=after, until=end):
-            when = self.when(seen)
-            sure = when.earliest >= since.latest
-            outcome = Outcome.FAIL if sure else Outcome.INCONCLUSIVE
-            text = f"{seen.frame} came {show_span(when.latest - since.latest)} after {_name(after)}"
-            verdict = Verdict(requirement, outcome, f"{text}; none is allowed", at=seen.at)
-            self.conclude(verdict, after)
+        found = [
+            self._intruder(seen, after, requirement)
+            for seen in self.collect(matcher, after=after, until=end)
+        ]
+        if found:
+            # One that came for certain afterwards decides, whatever others leave open.
+            sure = [verdict for verdict in found if verdict.outcome is Outcome.FAIL]
+            self.conclude((sure or found)[0], after)
         text = f"no {matcher} in {show_span(for_ns)} after {_name(after)}"
         self.record(Verdict(requirement, Outcome.PASS, text, at=end))
+
+    def _intruder(self, seen: Seen, after: When, requirement: str) -> Verdict:
+        """The verdict on a frame that should not have come."""
+        since, when = interval_of(after), self.when(seen)
+        outcome = Outcome.FAIL if when.earliest >= since.latest else Outcome.INCONCLUSIVE
+        late_ns = when.latest - since.latest
+        text = f"{seen.frame} came {show_span(late_ns)} after {_name(after)}; none is allowed"
+        return Verdict(requirement, outcome, text, at=seen.at)
 
     def collect(self, matcher: Matcher, *, after: When, until: int) -> list[Seen]:
         """The matching frames asked for after something and before `until`, as seen so far."""

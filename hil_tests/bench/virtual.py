@@ -180,7 +180,7 @@ class VirtualStage:
     def end_load(self) -> None:
         """Every loading station falls silent."""
         for controller, load in self._loads:
-            self.port.world.act(controller, load.power_off)
+            self.port.world.act(controller, load.stop)
         self._loads.clear()
 
     def disturb(self) -> bool:
