@@ -5,27 +5,21 @@ Costs next to nothing until a test of ours is collected: everything heavy is imp
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Generator
-from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import pytest
 
-from hil_tests.run import options
+from hil_tests.run import options, stash
 
 if TYPE_CHECKING:
     from hil_tests.bench.bench import Bench
     from hil_tests.bench.facilities import BitRate, Keys, Leds, Power
     from hil_tests.config import DeviceProfile
     from hil_tests.config.limits import ProfileLimits
-    from hil_tests.run.plan import Plan
-    from hil_tests.run.session import Run
 
-SETTINGS = pytest.StashKey[options.Settings]()
-PLAN = pytest.StashKey["Plan"]()
-RUN = pytest.StashKey["Run"]()
-REASONS = pytest.StashKey[dict[str, str]]()
-ERROR = pytest.StashKey["BaseException | None"]()
+Facility = TypeVar("Facility")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -34,96 +28,57 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Markers; and the list of mutants, where that is all that was asked for."""
-    for marker in (
-        "requirement(*ids): the requirements that a test claims; checks blame the first one",
-        "virtual(why): runs in virtual time only",
-        "timed(why): needs a wire with arbitration and bit times",
-    ):
+    """Markers."""
+    for marker in stash.MARKERS:
         config.addinivalue_line("markers", marker)
-    config.stash[REASONS] = {}
-    if settings_of(config)["can_mutant"] == "list":
-        from hil_tests.run.catalogue import mutant_table  # noqa: PLC0415 - on demand
-
-        pytest.exit(mutant_table(), returncode=0)
 
 
-def settings_of(config: pytest.Config) -> options.Settings:
-    """What was chosen on command line, environment and ini file.
+@pytest.hookimpl(tryfirst=True)
+def pytest_cmdline_main(config: pytest.Config) -> int | None:
+    """The list of mutants, where that is all that was asked for."""
+    if not options.wants_mutant_list(config):
+        return None
+    from hil_tests.run.catalogue import mutant_table  # noqa: PLC0415 - on demand
 
-    Raises:
-        pytest.UsageError: values that are none.
-    """
-    if SETTINGS not in config.stash:
-        config.stash[SETTINGS] = options.settle(config)
-    return config.stash[SETTINGS]
-
-
-def plan_of(config: pytest.Config) -> Plan:
-    """The plan of this run, made when it is first needed.
-
-    Raises:
-        pytest.UsageError: options or files are wrong.
-    """
-    if PLAN not in config.stash:
-        from hil_tests.errors import ConfigError  # noqa: PLC0415 - first test of ours
-        from hil_tests.run.plan import make_plan  # noqa: PLC0415
-
-        try:
-            config.stash[PLAN] = make_plan(settings_of(config))
-        except ConfigError as error:
-            raise pytest.UsageError(str(error)) from None
-    return config.stash[PLAN]
+    sys.stdout.write(mutant_table() + "\n")
+    return 0
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Check ids, choose by clause, and say now what this bench cannot run."""
-    from hil_tests.run import selection  # noqa: PLC0415 - light
-
-    ours = [item for item in items if selection.is_ours(item)]
+    ours = [item for item in items if stash.is_ours(item)]
     if not ours:
         return
-    plan = plan_of(config)
-    selection.check_ids(ours, plan.requirements)
-    selection.check_clauses(plan.settings["can_clause"], plan.requirements)
+    from hil_tests.run import properties, selection  # noqa: PLC0415 - first test of ours
+
+    plan = stash.plan_of(config)
+    selection.check(ours, plan)
     if plan.settings["can_clause"]:
-        chosen, others = selection.by_clause(items, plan.settings["can_clause"])
+        items[:], others = selection.by_clause(items, plan.settings["can_clause"])
         config.hook.pytest_deselected(items=others)
-        items[:] = chosen
-    for item in ours:
-        reason = selection.why_not(item, plan)
-        if reason:
-            item.add_marker(pytest.mark.skip(reason=reason))
+    selection.mark_not_run(ours, plan)
+    properties.fit(config, ours)
 
 
 def pytest_report_collectionfinish(config: pytest.Config) -> list[str]:
     """What will be tested."""
-    if PLAN not in config.stash:
+    if stash.PLAN not in config.stash:
         return []
     from hil_tests.run import terminal  # noqa: PLC0415
 
-    return terminal.plan_lines(config.stash[PLAN])
+    return terminal.plan_lines(config.stash[stash.PLAN])
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtestloop(session: pytest.Session) -> None:
     """Open the bench once, and say what it is."""
     config = session.config
-    if PLAN not in config.stash or config.option.collectonly or not session.items:
+    if config.option.collectonly or not any(map(stash.is_ours, session.items)):
         return
-    from hil_tests.errors import ConfigError  # noqa: PLC0415
-    from hil_tests.run import terminal  # noqa: PLC0415
-    from hil_tests.run.capture import PytestCapture  # noqa: PLC0415
-    from hil_tests.run.session import Run  # noqa: PLC0415
+    from hil_tests.run import opening, terminal  # noqa: PLC0415
 
-    command = config.invocation_params.args
-    try:
-        run = Run(config.stash[PLAN], datetime.now(UTC), [str(part) for part in command])
-    except ConfigError as error:
-        raise pytest.UsageError(str(error)) from None
-    config.stash[RUN] = run
-    run.open(PytestCapture(config))
+    run = opening.start_run(config)
     reporter = config.pluginmanager.get_plugin("terminalreporter")
     if reporter is not None:
         for line in terminal.bench_lines(run):
@@ -136,31 +91,36 @@ def pytest_runtestloop(session: pytest.Session) -> None:
 @pytest.fixture(scope="session")
 def bench(request: pytest.FixtureRequest) -> Bench:
     """The bench: what a test can do and see."""
-    return request.config.stash[RUN].bench
+    run = stash.run_of(request.config)
+    if run is None:
+        pytest.fail(
+            "the bench is for tests that claim a requirement: @pytest.mark.requirement(ID)"
+        )
+    return run.bench
 
 
 @pytest.fixture(scope="session")
 def power(bench: Bench) -> Power:
     """The supply of the device."""
-    return _facility(bench.power, "power")
+    return _there(bench.power, "Power")
 
 
 @pytest.fixture(scope="session")
 def keys(bench: Bench) -> Keys:
     """The keys of the device."""
-    return _facility(bench.keys, "keys")
+    return _there(bench.keys, "Keys")
 
 
 @pytest.fixture(scope="session")
 def leds(bench: Bench) -> Leds:
     """The LEDs of the device."""
-    return _facility(bench.leds, "leds")
+    return _there(bench.leds, "Leds")
 
 
 @pytest.fixture(scope="session")
 def bitrate(bench: Bench) -> BitRate:
     """The bit rate of the tester's end of the bus."""
-    return _facility(bench.bitrate, "bitrate")
+    return _there(bench.bitrate, "BitRate")
 
 
 @pytest.fixture(scope="session")
@@ -175,38 +135,30 @@ def limits(profile: DeviceProfile) -> ProfileLimits:
     return profile.limits
 
 
-def _facility(found: Any, name: str) -> Any:
-    if found is None:  # pragma: no cover - collection has skipped the test
-        pytest.fail(f"the bench has no {name}")
-    return found
+def _there(facility: Facility | None, name: str) -> Facility:
+    """A facility; collection has seen to it that tests of ours find what they ask for."""
+    if facility is None:
+        pytest.skip(f"the bench has no {name}")
+    return facility
 
 
 # A test of ours.
 
 
-def _run_for(item: pytest.Item) -> Run | None:
-    """The run, where this test is one of ours and uses the bench."""
-    run = item.config.stash.get(RUN, None)
-    return run if run is not None and "bench" in getattr(item, "fixturenames", ()) else None
-
-
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
     """Record the test, and let the monitors have the last word."""
-    run = _run_for(item)
-    if run is None:
+    run = stash.run_of(item.config)
+    if run is None or not stash.is_ours(item) or "bench" not in getattr(item, "fixturenames", ()):
         return (yield)
-    from hil_tests.run.selection import claimed  # noqa: PLC0415
-
-    is_property = hasattr(getattr(item, "obj", None), "hypothesis")
+    is_property = stash.is_property(item)
     run.begin(item.nodeid, keep_trace=not is_property)
     error: BaseException | None = None
     try:
         yield
-    except (Exception, pytest.skip.Exception) as raised:  # noqa: BLE001  passed on below
-        error = raised
-    ends_with = run.end(error, next(iter(claimed(item)), ""))
-    item.stash[ERROR] = ends_with
+    except (Exception, pytest.fail.Exception, pytest.skip.Exception) as raised:  # noqa: BLE001
+        error = raised  # raised again below, unless a monitor found worse
+    ends_with = run.end(error, next(iter(stash.claimed(item)), ""))
     if ends_with is not None:
         if is_property:
             run.keep_last_example(item.nodeid)
@@ -220,16 +172,15 @@ def pytest_runtest_makereport(
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     """Give the report the outcome in our words, and store the result."""
     report = yield
-    from hil_tests.run import selection  # noqa: PLC0415
+    run = stash.run_of(item.config)
+    if run is not None and stash.is_ours(item):
+        from hil_tests.run.reports import conclude  # noqa: PLC0415
 
-    if RUN not in item.config.stash or not selection.is_ours(item):
-        return report
-    from hil_tests.run.reports import conclude  # noqa: PLC0415
-
-    conclude(item, call, report, item.config.stash[RUN], item.config.stash[REASONS])
+        conclude(item, call, report, run)
     return report
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_report_teststatus(report: pytest.TestReport) -> tuple[str, str, str] | None:
     """Category, letter and word of our outcomes."""
     name = getattr(report, "nodeproof", None)
@@ -243,30 +194,19 @@ def pytest_report_teststatus(report: pytest.TestReport) -> tuple[str, str, str] 
 @pytest.hookimpl(tryfirst=True)
 def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
     """Put everything back, and say how the run ended."""
-    run = session.config.stash.get(RUN, None)
-    if run is None:
-        return
-    from hil_tests.run.outcome import exit_status  # noqa: PLC0415
-
-    strict = bool(run.plan.settings["can_require_all"])
-    status = exit_status(list(run.outcomes.values()), int(exitstatus), require_all=strict)
-    problems = run.close(status)
-    session.config.stash[REASONS].update(dict.fromkeys(problems, "at the end of the run"))
-    session.exitstatus = 11 if problems and status != 1 else status
+    run = stash.run_of(session.config)
+    if run is not None:
+        session.exitstatus = run.close(int(exitstatus))
 
 
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
-    """The closing lines."""
-    run = config.stash.get(RUN, None)
+    """What is not plainly passed or failed, and the closing lines."""
+    run = stash.run_of(config)
     if run is None:
         return
     from hil_tests.run import terminal  # noqa: PLC0415
 
-    reasons = config.stash[REASONS]
-    if reasons:
-        terminalreporter.section("not run")
-        for line in terminal.reason_lines(run, reasons):
+    for title, lines in terminal.sections(run):
+        terminalreporter.section(title)
+        for line in lines:
             terminalreporter.write_line(line)
-    terminalreporter.section("nodeproof")
-    for line in terminal.closing_lines(run):
-        terminalreporter.write_line(line)

@@ -13,6 +13,7 @@ from hil_tests.bench.action import (
     LedsDriver,
     PowerDriver,
 )
+from hil_tests.bench.drivers.command import TIMEOUT_NS as COMMAND_NS
 from hil_tests.bench.drivers.command import CommandPower
 from hil_tests.bench.drivers.control import (
     ControlBitRate,
@@ -22,8 +23,8 @@ from hil_tests.bench.drivers.control import (
     ControlPower,
 )
 from hil_tests.bench.drivers.operator import OperatorKeys, OperatorLeds, OperatorPower
-from hil_tests.bench.drivers.peer import ControlSession
-from hil_tests.bench.drivers.terminal import Terminal, ask_done
+from hil_tests.bench.drivers.peer import TIMEOUT_NS, ControlSession
+from hil_tests.bench.drivers.terminal import ANSWER_NS, Capture, Terminal, ask_done
 from hil_tests.bus.port import Port
 from hil_tests.clock import Interval
 from hil_tests.errors import BenchError, ControlError
@@ -48,7 +49,7 @@ class RealStage:
 
     virtual = False
 
-    def __init__(  # noqa: PLR0913  the facts of a bench
+    def __init__(
         self,
         name: str,
         port: Port,
@@ -68,6 +69,8 @@ class RealStage:
         self.leds: LedsDriver | None = None
         self.bitrate: BitRateDriver | None = None
         self.health: HealthDriver | None = None
+        self.checks: list[Callable[[], object]] = []
+        """Ask whether what stands behind the bench is still there, the plainest cause first."""
         self._leave = leave
 
     def renew(self, parameters: Parameters) -> bool:  # noqa: ARG002  the stage's verb
@@ -84,6 +87,13 @@ class RealStage:
     def disturb(self) -> bool:
         """An adapter sends no error frames at will."""
         return False
+
+    def check(self) -> None:
+        """Whether model, control server and bus are still there."""
+        for check in self.checks:
+            check()
+        while self.port.next(self.port.now()) is not None:
+            pass
 
     def close(self) -> None:
         """Close everything, in reverse order."""
@@ -137,7 +147,37 @@ class _Immediate:
         return self._when
 
 
-def fit_control(stage: RealStage, session: ControlSession, facilities: Sequence[str], leds: Sequence[str]) -> None:  # noqa: E501
+def open_session(
+    stage: RealStage, address: str, leave: ExitStack, timeout_ns: int | None = None
+) -> ControlSession:
+    """Connect to a control server; `leave` says bye.
+
+    Args:
+        stage: learns to ask whether the server is still there.
+        address: "tcp:HOST:PORT" or "unix:PATH".
+        leave: closes it.
+        timeout_ns: how long an answer may take; None = the usual time.
+
+    Raises:
+        ControlError: nobody there, or not what the protocol says.
+    """
+    session = ControlSession(address, timeout_ns or TIMEOUT_NS, clock=stage.port.now)
+    leave.callback(session.close)
+    session.connect()
+    stage.checks.append(session.fileno)
+    return session
+
+
+def patience(file: BenchFile) -> int | None:
+    """How long the control server may take for an answer: the longest that a section grants."""
+    sections = [getattr(file, name) for name in file.facilities]
+    granted = [each.timeout_ns for each in sections if each.driver == "control"]
+    return max((each for each in granted if each is not None), default=None)
+
+
+def fit_control(
+    stage: RealStage, session: ControlSession, facilities: Sequence[str], leds: Sequence[str]
+) -> None:
     """Give the stage the facilities that a control server serves.
 
     Raises:
@@ -162,33 +202,38 @@ def fit_from_file(
     file: BenchFile,
     profile: DeviceProfile,
     session: ControlSession | None,
-    terminal: Terminal,
+    capture: Capture | None,
 ) -> None:
     """Give the stage the facilities that a bench file describes.
 
     Raises:
         BenchError: a driver cannot be had.
     """
-    controlled = [
-        name for name in file.facilities if getattr(file, name).driver == "control"
-    ]
+    leds = list(profile.led_bits)
+    controlled = [name for name in file.facilities if getattr(file, name).driver == "control"]
     if controlled:
         if session is None:
             raise BenchError(f"{file.path}: {', '.join(controlled)} need a [control] address")
-        fit_control(stage, session, controlled, list(profile.led_bits))
+        fit_control(stage, session, controlled, leds)
     if file.power and file.power.driver == "command":
         stage.power = CommandPower(
-            list(file.power.on or ()), list(file.power.off or ()), stage.port.now
+            file.power.on or (),
+            file.power.off or (),
+            stage.port.now,
+            file.power.timeout_ns or COMMAND_NS,
         )
-    asked: Mapping[str, Callable[[], object]] = {
-        "power": lambda: OperatorPower(terminal),
-        "keys": lambda: OperatorKeys(terminal),
-        "leds": lambda: OperatorLeds(terminal, list(profile.led_bits)),
-        "bitrate": lambda: OperatorBitRate(terminal),
+    asked: Mapping[str, Callable[[Terminal], object]] = {
+        "power": OperatorPower,
+        "keys": OperatorKeys,
+        "leds": lambda terminal: OperatorLeds(terminal, leds),
+        "bitrate": OperatorBitRate,
     }
     for name in file.facilities:
-        if getattr(file, name).driver == "operator":
-            setattr(stage, name, asked[name]())
+        section = getattr(file, name)
+        if section.driver == "operator":
+            answer_ns = section.timeout_ns or ANSWER_NS
+            terminal = Terminal(stage.port.now, capture=capture, answer_ns=answer_ns)
+            setattr(stage, name, asked[name](terminal))
     if file.bitrate and file.bitrate.driver == "interface":
         stage.bitrate = InterfaceBitRate(stage.port)
 

@@ -26,7 +26,6 @@ class Stage(Protocol):
     """
 
     name: str
-    port: Port
     power: PowerDriver | None
     keys: KeysDriver | None
     leds: LedsDriver | None
@@ -44,6 +43,10 @@ class Stage(Protocol):
 
     bit_rate: int
     """At which the tester's end runs now, bit/s."""
+
+    @property
+    def port(self) -> Port:
+        """The tester's end of the bus."""
 
     def renew(self, parameters: Parameters) -> bool:
         """A fresh device that is commissioned to `parameters`, without power.
@@ -64,6 +67,13 @@ class Stage(Protocol):
 
     def disturb(self) -> bool:
         """Put an error frame on the bus now; False where this stage cannot."""
+
+    def check(self) -> None:
+        """Whether the bench can go on after an error.
+
+        Raises:
+            BenchError: the bus, the control server or the model is gone; with its cause.
+        """
 
     def close(self) -> None:
         """Leave everything as it was found; may be called twice."""

@@ -3,17 +3,42 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from datetime import UTC, datetime
+from functools import partial
 from typing import TYPE_CHECKING
 
+import pytest
+
 from hil_tests.bench.bench import Bench
+from hil_tests.errors import BenchError, ConfigError
+from hil_tests.run import stash
+from hil_tests.run.capture import PytestCapture
 from hil_tests.run.plan import VIRTUAL, Plan
+from hil_tests.run.session import Run
 
 if TYPE_CHECKING:
     from hil_tests.bench.drivers.terminal import Capture
+    from hil_tests.bench.real import RealStage
     from hil_tests.bench.stage import Stage
 
 _DEFAULT_RATE = 250_000
 """What the source falls back to; used where nobody says at which rate the bus runs."""
+
+
+def start_run(config: pytest.Config) -> Run:
+    """A run's folder, then its bench; the run is stashed in `config` as soon as it is there.
+
+    Raises:
+        pytest.UsageError: no place for the folder, or a profile that the model cannot be.
+    """
+    command = [str(part) for part in config.invocation_params.args]
+    try:
+        run = Run(stash.plan_of(config), datetime.now(UTC), command)
+        config.stash[stash.RUN] = run
+        run.open(partial(open_bench, capture=PytestCapture(config)))
+    except ConfigError as error:
+        raise pytest.UsageError(str(error)) from None
+    return run
 
 
 def open_bench(plan: Plan, capture: Capture | None = None) -> Bench:
@@ -25,11 +50,15 @@ def open_bench(plan: Plan, capture: Capture | None = None) -> Bench:
 
     Raises:
         BenchError: bus, model or control server unavailable; everything is closed again.
+        ConfigError: the profile describes no device that the bundled model can be.
     """
     stage = _virtual(plan) if plan.device == VIRTUAL else _real(plan, capture)
-    bench = Bench(stage, plan.profile, plan.home)
-    if not plan.virtual and bench.bitrate:
-        bench.bitrate.set(stage.bit_rate)
+    with ExitStack() as undo:
+        undo.callback(stage.close)
+        bench = Bench(stage, plan.profile, plan.home)
+        if not plan.virtual and bench.bitrate:
+            bench.bitrate.set(stage.bit_rate)
+        undo.pop_all()
     return bench
 
 
@@ -37,7 +66,13 @@ def _virtual(plan: Plan) -> Stage:
     from hil_tests.bench.virtual import VirtualStage  # noqa: PLC0415 - the model, when needed
     from node_model import faults, keypad  # noqa: PLC0415
 
-    facts = keypad.load(plan.profile.path)
+    try:
+        facts = keypad.load(plan.profile.path)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ConfigError(
+            f"{plan.profile.path}: the bundled model cannot be this device"
+            f" ({type(error).__name__}: {error}); test the device itself with --can-iface NAME"
+        ) from error
     return VirtualStage(lambda profile: faults.make(plan.mutant, profile), facts, plan.bench_name)
 
 
@@ -50,8 +85,6 @@ def _real(plan: Plan, capture: Capture | None) -> Stage:
 
 def _fitted(plan: Plan, capture: Capture | None, undo: ExitStack) -> Stage:
     from hil_tests.bench import real  # noqa: PLC0415 - real time only
-    from hil_tests.bench.drivers.peer import ControlSession  # noqa: PLC0415
-    from hil_tests.bench.drivers.terminal import Terminal  # noqa: PLC0415
     from hil_tests.bus.choose import open_port  # noqa: PLC0415
 
     port = open_port(plan.interface, plan.channel, plan.bit_rate if plan.is_external else None)
@@ -66,35 +99,35 @@ def _fitted(plan: Plan, capture: Capture | None, undo: ExitStack) -> Stage:
         writes_allowed=plan.writes_allowed,
         leave=leave,
     )
-    address = _model(plan, leave) if not plan.is_external else _address(plan)
-    session = ControlSession(address, clock=port.now) if address else None
-    if session is not None:
-        session.connect()
-        leave.callback(session.close)
-    if not plan.is_external and session is not None:
+    if not plan.is_external:
+        session = real.open_session(stage, _model(plan, stage, leave), leave)
         real.fit_control(stage, session, plan.facilities, list(plan.profile.led_bits))
     elif plan.bench_file is not None:
-        terminal = Terminal(port.now, capture=capture)
-        real.fit_from_file(stage, plan.bench_file, plan.profile, session, terminal)
-        real.keep_power(stage, session, leave)
+        file = plan.bench_file
+        external = (
+            real.open_session(stage, file.control.address, leave, real.patience(file))
+            if file.control
+            else None
+        )
+        real.fit_from_file(stage, file, plan.profile, external, capture)
+        real.keep_power(stage, external, leave)
     return stage
 
 
-def _address(plan: Plan) -> str | None:
-    control = plan.bench_file.control if plan.bench_file else None
-    return control.address if control else None
-
-
-def _model(plan: Plan, leave: ExitStack) -> str:
+def _model(plan: Plan, stage: RealStage, leave: ExitStack) -> str:
     """Start the model in a process of its own; the address of its control server."""
     from hil_tests.bench.drivers.model import HostedModel  # noqa: PLC0415 - real time only
 
-    model = HostedModel(
-        plan.interface,
-        plan.channel,
-        plan.profile.path,
-        plan.mutant,
-        plan.settings["can_node_id"],
-    )
+    try:
+        model = HostedModel(
+            plan.interface,
+            plan.channel,
+            plan.profile.path,
+            plan.mutant,
+            plan.settings["can_node_id"],
+        )
+    except OSError as error:
+        raise BenchError(f"the model's process cannot be started: {error}") from error
     leave.callback(model.close)
+    stage.checks.append(model.check)
     return model.address

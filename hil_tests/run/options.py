@@ -173,6 +173,12 @@ def register(parser: pytest.Parser) -> None:
         parser.addini(option.key, option.help, type=kind, default=None)
 
 
+def wants_mutant_list(config: pytest.Config) -> bool:
+    """Whether all that was asked for is the list of mutants."""
+    option = next(each for each in OPTIONS if each.key == "can_mutant")
+    return bool(_find(config, option)[0] == "list")
+
+
 def settle(config: pytest.Config) -> Settings:
     """Find out what was chosen.
 
@@ -187,7 +193,7 @@ def settle(config: pytest.Config) -> Settings:
             values[option.key], origins[option.key] = _find(config, option)
         except ValueError as error:
             wrong.append(str(error))
-    wrong += _out_of_range(values)
+    wrong += _out_of_range(values, origins)
     if wrong:
         raise pytest.UsageError("\n".join(wrong))
     return Settings(values, origins)
@@ -211,7 +217,7 @@ def _parse(option: Option, text: Any, where: str) -> Any:
     if not isinstance(text, str):
         return text
     parsers: dict[str, Callable[[str], Any]] = {
-        "int": int,
+        "int": _whole,
         "switch": _switch,
         "list": str.split,
         "text": str,
@@ -223,6 +229,13 @@ def _parse(option: Option, text: Any, where: str) -> Any:
     if option.choices and value not in option.choices:
         raise ValueError(f"{where} = {text!r}: choose from {', '.join(option.choices)}")
     return value
+
+
+def _whole(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError("write a whole number") from None
 
 
 def _switch(text: str) -> bool:
@@ -239,11 +252,13 @@ _RANGES = {
 }
 
 
-def _out_of_range(values: Mapping[str, Any]) -> list[str]:
+def _out_of_range(values: Mapping[str, Any], origins: Mapping[str, str]) -> list[str]:
     wrong = []
     for key, (low, high) in _RANGES.items():
         value = values.get(key)
         if value is not None and not low <= value <= high:
             name = key.replace("_", "-")
-            wrong.append(f"--{name} {value}: out of range; allowed {low} .. {high}")
+            wrong.append(
+                f"--{name} {value} (from {origins[key]}): out of range; allowed {low} .. {high}"
+            )
     return wrong

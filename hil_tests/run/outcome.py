@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
-from hil_tests.errors import BenchError
+import pytest
+
+from hil_tests.errors import BenchError, OperatorAbsent
 from hil_tests.judge.verdict import (
     DeviceFailure,
     InconclusiveResult,
@@ -39,6 +41,9 @@ REPORTED = {
 def classify(error: BaseException | None, kinds: Mapping[str, Requirement], strict: bool) -> str:
     """The outcome of a test that raised `error`, None = nothing.
 
+    An assertion of the test's own is a failure of the device as well; every other error is
+    one of the bench or of the test.
+
     Args:
         error: what the body, or a monitor after it, raised.
         kinds: the catalogue; a derived requirement gives an observation.
@@ -50,13 +55,22 @@ def classify(error: BaseException | None, kinds: Mapping[str, Requirement], stri
         known = kinds.get(error.verdict.requirement)
         lenient = known is not None and known.kind in {Kind.DERIVED, Kind.CHOICE}
         return OBSERVATION if lenient and not strict else FAILED
-    if isinstance(error, InconclusiveResult):
-        return INCONCLUSIVE
-    if isinstance(error, NotRun):
-        return NOT_RUN
-    if isinstance(error, NotApplicable):
-        return NOT_APPLICABLE
+    for kind, found in _PLAIN:
+        if isinstance(error, kind):
+            return found
     return ERROR
+
+
+_PLAIN: tuple[tuple[type[BaseException], str], ...] = (
+    (InconclusiveResult, INCONCLUSIVE),
+    (NotRun, NOT_RUN),
+    (OperatorAbsent, NOT_RUN),
+    (pytest.skip.Exception, NOT_RUN),
+    (NotApplicable, NOT_APPLICABLE),
+    (AssertionError, FAILED),
+    (pytest.fail.Exception, FAILED),
+)
+"""Kind of error -> outcome, where the catalogue need not be asked."""
 
 
 def claim(error: BaseException | None, claimed: str) -> BaseException | None:
@@ -86,18 +100,21 @@ def prevails(body: BaseException | None, monitors: Exception | None) -> BaseExce
     return body
 
 
-def exit_status(outcomes: Sequence[str], own: int, *, require_all: bool) -> int:
+def exit_status(outcomes: Collection[str], own: int, *, require_all: bool, broken: bool) -> int:
     """Exit status of a run; see the table in the design.
 
     Args:
-        outcomes: one a test.
+        outcomes: of the tests.
         own: what pytest would say.
         require_all: not run and not applicable count as failures.
+        broken: the bench could not be opened, or not be left as it was found.
     """
     missing = {NOT_RUN, NOT_APPLICABLE} & set(outcomes)
-    if FAILED in outcomes or (require_all and missing):
+    # A failure that none of our tests accounts for is one of somebody else's test.
+    foreign = own == 1 and ERROR not in outcomes
+    if FAILED in outcomes or (require_all and missing) or foreign:
         return 1
-    if ERROR in outcomes:
+    if ERROR in outcomes or broken:
         return 11
     if own not in {0, 1, 5}:
         return own
@@ -109,4 +126,4 @@ def exit_status(outcomes: Sequence[str], own: int, *, require_all: bool) -> int:
 
 def is_bench_error(error: BaseException | None) -> bool:
     """Whether the bench, not the device or the test, is to blame."""
-    return isinstance(error, BenchError)
+    return isinstance(error, BenchError) and not isinstance(error, OperatorAbsent)

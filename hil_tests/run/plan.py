@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -82,8 +83,7 @@ def make_plan(settings: Settings) -> Plan:
     Raises:
         ConfigError: options or files that are wrong or do not go together.
     """
-    bench = load_bench(settings["can_bench"]) if settings["can_bench"] else None
-    profile = load_profile(_profile_name(settings, bench))
+    bench, profile = _files(settings)
     channel = settings["can_iface"] or (bench.bus.channel if bench else None)
     interface = settings["can_interface"] or (bench.bus.interface if bench else None)
     device, why = _who(settings, channel, interface)
@@ -108,6 +108,24 @@ def make_plan(settings: Settings) -> Plan:
     )
 
 
+def _files(settings: Settings) -> tuple[BenchFile | None, DeviceProfile]:
+    """Bench file and profile; what is wrong with both is told at once."""
+    wrong = []
+    bench: BenchFile | None = None
+    if settings["can_bench"]:
+        try:
+            bench = load_bench(settings["can_bench"])
+        except ConfigError as error:
+            wrong.append(str(error))
+    try:
+        profile = load_profile(_profile_name(settings, bench))
+    except ConfigError as error:
+        raise ConfigError("\n".join([*wrong, str(error)])) from None
+    if wrong:
+        raise ConfigError("\n".join(wrong))
+    return bench, profile
+
+
 def _profile_name(settings: Settings, bench: BenchFile | None) -> str:
     """Command line, environment and ini before the bench file, that before the default."""
     named = bench.device.profile if bench else None
@@ -119,11 +137,18 @@ def _profile_name(settings: Settings, bench: BenchFile | None) -> str:
 def _who(settings: Settings, channel: str | None, interface: str | None) -> tuple[str, str]:
     chosen = settings["can_device"]
     if not channel:
-        if chosen == EXTERNAL:
-            raise ConfigError(
-                "--can-device external: on which bus? add --can-iface NAME, or a bench file with"
-                " [bus] channel"
-            )
+        # A model in virtual time in place of the user's device would be a false PASS.
+        meant = {
+            f"--can-device {chosen}": chosen == EXTERNAL,
+            f"--can-interface {interface}": interface,
+            f"--can-bench {settings['can_bench']}": settings["can_bench"],
+        }
+        for option, given in meant.items():
+            if given:
+                raise ConfigError(
+                    f"{option}: on which bus? add --can-iface NAME, or [bus] channel to the bench"
+                    " file"
+                )
         return VIRTUAL, "no --can-iface given"
     if chosen:
         return chosen, settings.origins["can_device"]
@@ -145,6 +170,8 @@ def _check(
         wrong.append("--can-eds goes with the profile 'generic', which this version has not yet")
     if settings["can_report_pdf"]:
         wrong.append("--can-report-pdf: this version writes results.json and traces, no PDF yet")
+    if settings["can_mutant"]:
+        wrong += unknown_mutant(settings["can_mutant"])
     if settings["can_mutant"] and device == EXTERNAL:
         wrong.append(
             f"--can-mutant {settings['can_mutant']} is a model, and the device on {channel} is"
@@ -161,6 +188,18 @@ def _check(
             wrong.append(f"--can-budget {error}")
     if wrong:
         raise ConfigError("\n".join(wrong))
+
+
+def unknown_mutant(name: str) -> list[str]:
+    """What is wrong with the name of a mutant or variant, and what may have been meant."""
+    from node_model.faults import MUTANTS, VARIANTS  # noqa: PLC0415 - only where one is named
+
+    known = [*MUTANTS, *VARIANTS]
+    if name in known:
+        return []
+    close = difflib.get_close_matches(name.lower()[:64], known, 3)
+    hint = f"did you mean {', '.join(close)}? " if close else ""
+    return [f"--can-mutant {name[:64]}: no such model; {hint}--can-mutant list names them all"]
 
 
 def _home(

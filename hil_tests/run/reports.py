@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from hil_tests.judge.verdict import DeviceFailure, InconclusiveResult, NotApplicable, NotRun
+from hil_tests.errors import BenchError
+from hil_tests.judge.verdict import DeviceFailure, InconclusiveResult
 from hil_tests.run import outcome, terminal
-from hil_tests.run.selection import claimed
+from hil_tests.run.session import Told
+from hil_tests.run.stash import claimed
 
 if TYPE_CHECKING:
     from hil_tests.run.session import Run
@@ -16,34 +19,78 @@ if TYPE_CHECKING:
 SHOWN_AS_SKIP = (outcome.NOT_RUN, outcome.NOT_APPLICABLE, outcome.INCONCLUSIVE)
 
 
+@dataclass(frozen=True, slots=True)
+class _Crash:
+    """What pytest's summary shows beside the name of a test."""
+
+    message: str
+    path: str = ""
+    lineno: int = 0
+
+
+class Story:
+    """What a report shows instead of a traceback; pytest asks for these attributes."""
+
+    def __init__(self, text: str, summary: str) -> None:
+        self._text = text
+        self.reprcrash = _Crash(summary)
+
+    def __str__(self) -> str:
+        return self._text
+
+    def toterminal(self, writer: Any) -> None:
+        """Line by line, the first one as the error that it is."""
+        first, *rest = self._text.splitlines() or [""]
+        writer.line(first, red=True, bold=True)
+        for line in rest:
+            writer.line(line)
+
+
 def conclude(
-    item: pytest.Item,
-    call: pytest.CallInfo[None],
-    report: pytest.TestReport,
-    run: Run,
-    reasons: dict[str, str],
+    item: pytest.Item, call: pytest.CallInfo[None], report: pytest.TestReport, run: Run
 ) -> None:
     """Name the outcome of a phase, and store the test's result when it is known."""
     error = call.excinfo.value if call.excinfo else None
-    if report.when == "teardown":
+    if error is None and report.when != "call":
         return
-    if report.when == "setup" and error is None:
-        return
-    ids = claimed(item)
-    found = _outcome(error, run)
+    found = _outcome(error, report, run)
     where = f"{report.location[0]}:{(report.location[1] or 0) + 1}"
     text = _text(error, run, where)
-    if found in {outcome.NOT_RUN, outcome.NOT_APPLICABLE}:
-        reasons[item.nodeid] = text
-    trace = run.store(item.nodeid, found, call.duration, ids, text)
-    _dress(item, report, run, found, text, trace)
+    test = item.nodeid if report.when != "teardown" else f"{item.nodeid} (teardown)"
+    trace = run.store(test, found, call.duration, claimed(item), text)
+    why = terminal.one_line(_why(error))
+    if found not in {outcome.PASSED, outcome.FAILED, outcome.ERROR}:
+        run.told.append(Told(test, found, why, trace))
+    report.nodeproof = found  # type: ignore[attr-defined]
+    if report.when != "teardown":
+        _properties(item, report, found, trace)
+    _dress(report, found, text, error)
+    if found == outcome.FAILED:
+        tail = [f"  trace: {run.folder.path / trace}"] if trace else []
+        tail.append(f"  repeat: {run.reproduce(item.nodeid)}")
+        if isinstance(error, DeviceFailure):
+            report.longrepr = Story("\n".join([text, *tail]), why)  # type: ignore[assignment]
+        else:
+            report.sections.append(("nodeproof", "\n".join(tail)))
 
 
-def _outcome(error: BaseException | None, run: Run) -> str:
-    if isinstance(error, pytest.skip.Exception):
-        return outcome.NOT_RUN
+def _outcome(error: BaseException | None, report: pytest.TestReport, run: Run) -> str:
+    """The outcome, where the user expects a failure an observation."""
+    if error is None:
+        return outcome.FAILED if report.failed else outcome.PASSED  # a strict xfail that passed
     strict = bool(run.plan.settings["can_strict"])
-    return outcome.classify(error, run.plan.requirements, strict)
+    found = outcome.classify(error, run.plan.requirements, strict)
+    if hasattr(report, "wasxfail") and found == outcome.FAILED:
+        del report.wasxfail
+        return outcome.FAILED if strict else outcome.OBSERVATION
+    return found
+
+
+def _why(error: BaseException | None) -> str:
+    """The reason in a sentence."""
+    if isinstance(error, DeviceFailure | InconclusiveResult):
+        return str(error.verdict)
+    return str(error) or type(error).__name__ if error is not None else ""
 
 
 def _text(error: BaseException | None, run: Run, where: str) -> str:
@@ -53,34 +100,31 @@ def _text(error: BaseException | None, run: Run, where: str) -> str:
     if isinstance(error, DeviceFailure | InconclusiveResult):
         requirement = run.plan.requirements.get(error.verdict.requirement)
         return terminal.explain(error, requirement, where)
-    if isinstance(error, NotRun | NotApplicable | pytest.skip.Exception):
-        return str(error) or type(error).__name__
+    if outcome.classify(error, {}, strict=False) in SHOWN_AS_SKIP:
+        return _why(error)
     return f"{type(error).__name__}: {error}"
 
 
-def _dress(  # noqa: PLR0913  everything that the report shows
-    item: pytest.Item,
-    report: pytest.TestReport,
-    run: Run,
-    found: str,
-    text: str,
-    trace: str,
-) -> None:
-    """Make pytest's report say what we found."""
-    report.nodeproof = found  # type: ignore[attr-defined]
+def _properties(item: pytest.Item, report: pytest.TestReport, found: str, trace: str) -> None:
+    """What junit.xml says of a test besides its outcome."""
     item.user_properties += [("requirement", name) for name in claimed(item)]
     item.user_properties.append(("outcome", found))
     if trace:
         item.user_properties.append(("trace", trace))
     report.user_properties = list(item.user_properties)
+
+
+def _dress(report: pytest.TestReport, found: str, text: str, error: BaseException | None) -> None:
+    """Make pytest's report say what we found; its own text stays for what is not ours."""
     if found in SHOWN_AS_SKIP:
         report.outcome = "skipped"
         report.longrepr = (report.location[0], report.location[1] or 0, text)
     elif found == outcome.OBSERVATION:
         report.outcome = "passed"
+        report.longrepr = None
         report.sections.append(("observation", text))
-    elif found == outcome.FAILED:
-        tail = [f"  trace: {run.folder.path / trace}"] if trace else []
-        tail.append(f"  repeat: {run.reproduce(item.nodeid)}")
+    elif found in {outcome.FAILED, outcome.ERROR}:
         report.outcome = "failed"
-        report.longrepr = "\n".join([text, *tail])  # type: ignore[assignment]
+        if isinstance(error, BenchError):
+            # A bench that broke needs no traceback, least of all one for each test.
+            report.longrepr = Story(text, terminal.one_line(text))  # type: ignore[assignment]

@@ -9,26 +9,28 @@ import pytest
 
 from hil_tests.requirements import Requirement, near
 from hil_tests.run.plan import ALL_FACILITIES
+from hil_tests.run.stash import claimed
 
 if TYPE_CHECKING:
     from hil_tests.run.plan import Plan
 
-MARKERS = (
-    "requirement(*ids): the requirements that a test claims; checks blame the first one",
-    "virtual(why): runs in virtual time only",
-    "timed(why): needs a wire with arbitration and bit times",
-)
+
+def check(items: Sequence[pytest.Item], plan: Plan) -> None:
+    """Refuse ids and beginnings of ids that no requirement has.
+
+    Raises:
+        pytest.UsageError: all of them, each with its near misses.
+    """
+    check_ids(items, plan.requirements)
+    check_clauses(plan.settings["can_clause"], plan.requirements)
 
 
-def claimed(item: pytest.Item) -> tuple[str, ...]:
-    """The requirements that a test claims."""
-    marker = item.get_closest_marker("requirement")
-    return tuple(str(each) for each in marker.args) if marker else ()
-
-
-def is_ours(item: pytest.Item) -> bool:
-    """Whether a test is judged by this project: it claims a requirement."""
-    return item.get_closest_marker("requirement") is not None
+def mark_not_run(items: Iterable[pytest.Item], plan: Plan) -> None:
+    """Skip what this bench cannot run, and say why; known before any bus is touched."""
+    for item in items:
+        reason = why_not(item, plan)
+        if reason:
+            item.add_marker(pytest.mark.skip(reason=reason))
 
 
 def check_ids(items: Iterable[pytest.Item], known: Mapping[str, Requirement]) -> None:
@@ -97,11 +99,16 @@ def why_not(item: pytest.Item, plan: Plan) -> str:
 
 def lacking(plan: Plan, lacks: Sequence[str]) -> str:
     """Which facilities a bench has not, and how to add them."""
-    has = ", ".join(name.capitalize() for name in plan.facilities) or "nothing"
-    missing = " and no ".join(name.capitalize() for name in lacks)
+    has = ", ".join(map(_shown, plan.facilities)) or "nothing"
+    missing = " and no ".join(map(_shown, lacks))
     sections = " and ".join(f"[{name}]" for name in lacks)
     where = "its file" if plan.bench_file else "a bench file (--can-bench FILE)"
     return f"bench {plan.bench_name!r} has no {missing} (it has {has}); add {sections} to {where}"
+
+
+def _shown(facility: str) -> str:
+    """The name of a facility for people."""
+    return {"bitrate": "BitRate"}.get(facility, facility.capitalize())
 
 
 def _reason(marker: pytest.Mark) -> str:

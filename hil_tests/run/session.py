@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,14 +15,30 @@ from hil_tests.reporting.pcapng import PcapngSink
 from hil_tests.reporting.results import ResultsFile, TestResult, VerdictRow
 from hil_tests.reporting.rundir import RunDirectory
 from hil_tests.run import outcome
-from hil_tests.run.opening import open_bench
+from hil_tests.run.header import header
 from hil_tests.run.options import OPTIONS
 
 if TYPE_CHECKING:
     from hil_tests.bench.bench import Bench
-    from hil_tests.bench.drivers.terminal import Capture
     from hil_tests.judge.verdict import Limits, Verdict
     from hil_tests.run.plan import Plan
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What came of a test, for the closing sections.
+
+    Args:
+        test: its node id.
+        outcome: in the words of every report.
+        why: one line.
+        trace: path of its record relative to the run's folder, "" = none.
+    """
+
+    test: str
+    outcome: str
+    why: str
+    trace: str
 
 
 class Run:
@@ -31,6 +48,9 @@ class Run:
         plan: what is tested, and on what.
         started: now, with a time zone; names the folder.
         command: the command line, for the results and for repeating a test.
+
+    Raises:
+        ConfigError: there is no place for its folder.
     """
 
     def __init__(self, plan: Plan, started: datetime, command: Sequence[str]) -> None:
@@ -38,8 +58,11 @@ class Run:
         self.command = tuple(command)
         self.folder = RunDirectory.create(Path(plan.settings["can_reports"]), started)
         self.outcomes: dict[str, str] = {}
+        self.told: list[Told] = []
         self.verdicts: list[Verdict] = []
         self.broken: BenchError | None = None
+        self.problems: list[str] = []
+        """What went wrong besides the tests; each costs the run its good end."""
         self._bench: Bench | None = None
         self._sink: PcapngSink | None = None
         self._marks = (0, 0)
@@ -48,13 +71,22 @@ class Run:
 
     # The bench.
 
-    def open(self, capture: Capture | None = None) -> None:
+    def open(self, opener: Callable[[Plan], Bench]) -> None:
         """Open the bench; what goes wrong is remembered and told by every test that needs it."""
         try:
-            self._bench = open_bench(self.plan, capture)
+            self._bench = opener(self.plan)
         except BenchError as error:
             self.broken = error
-        self._results = ResultsFile(self.folder.path / "results.json", self._header())
+        head = header(self.plan, self._bench, self._started, self.command)
+        try:
+            self._results = ResultsFile(self.folder.path / "results.json", head)
+        except BenchError as error:
+            self._problem(error)
+
+    def _problem(self, what: object) -> None:
+        """Remember a problem of the run, once."""
+        if str(what) not in self.problems:
+            self.problems.append(str(what))
 
     @property
     def bench(self) -> Bench:
@@ -73,22 +105,6 @@ class Run:
     def opened(self) -> Bench | None:
         """The bench, or None where it could not be opened."""
         return self._bench
-
-    def _header(self) -> dict[str, Any]:
-        plan, bench = self.plan, self._bench
-        facts = bench.description() if bench else {}
-        return {
-            "started": self._started.isoformat(),
-            "command": list(self.command),
-            "settings": {key: str(value) for key, value in plan.settings.values.items()},
-            "origins": dict(plan.settings.origins),
-            "device": {"kind": plan.device, "why": plan.why, "mutant": plan.mutant},
-            "profile": plan.profile.path,
-            "bus": facts.get("bus", f"{plan.channel} ({plan.interface})"),
-            "clock": facts.get("clock", ""),
-            "bench": plan.bench_name,
-            "seed": plan.settings["can_seed"],
-        }
 
     # A test.
 
@@ -114,35 +130,39 @@ class Run:
             found = bench.end()
         except BenchError as broken:
             found = []
-            error = error or broken
+            # What the device did before the bench broke is not judged on half a record.
+            error = error if outcome.is_bench_error(error) else broken
         for verdict in found:
             bench.record(verdict)
         ends_with = outcome.prevails(error, outcome.gravest_error(found))
-        if outcome.is_bench_error(ends_with) and isinstance(ends_with, BenchError):
-            self._suspect(ends_with)
+        if isinstance(ends_with, BenchError):
+            ends_with = self._suspect(bench, ends_with)
         return outcome.claim(ends_with, claimed)
 
-    def _suspect(self, error: BenchError) -> None:
-        """A bench that broke in a test: can it go on? A dead port or control peer cannot."""
-        from hil_tests.errors import BusUnavailable, ControlError  # noqa: PLC0415
+    def _suspect(self, bench: Bench, error: BenchError) -> BenchError:
+        """A bench that broke in a test: it goes on unless its port, peer or model is gone."""
+        try:
+            bench.stage.check()
+        except BenchError as cause:
+            # The plainer reason: a model that died explains a control server that hung up.
+            self.broken = cause
+            return cause
+        return error
 
-        if isinstance(error, BusUnavailable | ControlError):
-            self.broken = error
-
-    def keep(self, test: str) -> str:
-        """Close the record of the test; its path relative to the run's folder, "" = none.
-
-        A property's record is written now, of its last example: the shrunk failing one.
-        """
+    def keep(self) -> str:
+        """Close the record of the test; its path relative to the run's folder, "" = none."""
         sink = self._sink
         if sink is None:
             return ""
         self._sink = None
         bench = self._bench
-        for verdict in bench.verdicts if bench else ():
-            at = verdict.at if verdict.at is not None else 0
-            sink.mark(at, str(verdict), {"outcome": verdict.outcome.value})
-        sink.close()
+        try:
+            for verdict in bench.verdicts if bench else ():
+                at = verdict.at if verdict.at is not None else 0
+                sink.mark(at, str(verdict), {"outcome": verdict.outcome.value})
+            sink.close()
+        except BenchError as error:
+            self._problem(error)
         return self.folder.relative(sink.path)
 
     def keep_last_example(self, test: str) -> None:
@@ -150,17 +170,20 @@ class Run:
         bench = self._bench
         if bench is None or self._sink is not None:
             return
-        self._sink = self._new_sink(test, "shrunk")
-        for entry in bench.trace.entries():
-            self._sink.write(entry)
+        try:
+            self._sink = self._new_sink(test, "shrunk")
+            for entry in bench.trace.entries():
+                self._sink.write(entry)
+        except BenchError as error:
+            self._problem(error)
 
     def store(
         self, test: str, came_of_it: str, seconds: float, claimed: Sequence[str], text: str
     ) -> str:
         """Write the result of a test; the path of its record, "" = none."""
         bench = self._bench
-        verdicts = list(bench.verdicts) if bench and self._marks is not None else []
-        trace = self.keep(test)
+        verdicts = list(bench.verdicts) if bench else []
+        trace = self.keep()
         self.outcomes[test] = came_of_it
         self.verdicts.extend(verdicts)
         frames, bus_ns = (bench.frames, bench.bus_ns) if bench else (0, 0)
@@ -180,7 +203,10 @@ class Run:
         if bench:
             bench.verdicts = []
         if self._results is not None:
-            self._results.add(result.to_json())
+            try:
+                self._results.add(result.to_json())
+            except BenchError as error:
+                self._problem(error)
         return trace
 
     def reproduce(self, test: str) -> str:
@@ -191,30 +217,59 @@ class Run:
 
     # The end.
 
-    def close(self, status: int) -> list[str]:
-        """Put the device and the bench back, finish the results; what went wrong doing so."""
-        problems = []
+    def close(self, own: int) -> int:
+        """Put the device and the bench back, and finish the results.
+
+        Args:
+            own: the exit status that pytest would give.
+
+        Returns:
+            The exit status of the run; see `problems` for what could not be put back.
+        """
         bench = self._bench
+        self.keep()  # of a test that was interrupted
         if bench is not None:
-            if self.broken is None:
-                try:
-                    bench.begin()
-                    bench.go_home()
-                except Exception as error:  # noqa: BLE001  the end of a run reports, never raises
-                    problems.append(f"the device could not be put back as it was: {error}")
+            self._put_back(bench)
             try:
                 bench.close()
             except Exception as error:  # noqa: BLE001
-                problems.append(f"the bench could not be closed: {error}")
+                self._problem(f"the bench could not be closed: {error}")
+        status = outcome.exit_status(
+            self.outcomes.values(),
+            own,
+            require_all=bool(self.plan.settings["can_require_all"]),
+            broken=bool(self.problems),
+        )
         if self._results is not None:
-            self._results.finish(self.summary(status))
-        return problems
+            try:
+                self._results.finish(self.summary(status))
+            except BenchError as error:
+                self._problem(error)
+                status = status if status == 1 else 11
+        return status
+
+    def _put_back(self, bench: Bench) -> None:
+        """Give the device what it had; the end of a run reports, it never raises."""
+        home = bench.home
+        if self.broken is not None:
+            if home is not None and bench.parameters != home and not bench.stage.virtual:
+                self._problem(
+                    "the device could not be put back as it was: the bench is broken; commission"
+                    f" it to node id {home.node_id}, {home.bit_rate} bit/s"
+                )
+            return
+        try:
+            bench.begin()
+            bench.go_home()
+        except Exception as error:  # noqa: BLE001
+            self._problem(f"the device could not be put back as it was: {error}")
 
     def summary(self, status: int) -> Mapping[str, Any]:
         """Last words for the results."""
         bench = self._bench
         return {
             "exit_status": status,
+            "problems": list(self.problems),
             "bus_ns": bench.bus_ns if bench else 0,
             "frames": bench.frames if bench else 0,
             "stalls": bench.stalls if bench else 0,
@@ -223,24 +278,28 @@ class Run:
 
 
 def own_options(command: Sequence[str], seed: str) -> list[str]:
-    """The options of ours in a command line, with their values; and the seed in any case."""
+    """The options of ours in a command line, with their values; and the seed in any case.
+
+    Each is one word: pytest takes a path that stands by itself for a place of tests, even
+    behind an option, and looks for its configuration there.
+    """
     takes_value = {f"--{option.name}" for option in OPTIONS if option.kind != "switch"}
     kept: list[str] = []
     parts = iter(command)
     for part in parts:
-        if part.startswith("--can-") and not part.startswith("--can-seed"):
-            kept.append(shlex.quote(part))
-            if part in takes_value:
-                kept.append(shlex.quote(next(parts, "")))
+        word = f"{part}={next(parts, '')}" if part in takes_value else part
+        if word.startswith("--can-") and not word.startswith("--can-seed="):
+            kept.append(shlex.quote(word))
     return [*kept, seed]
 
 
 def _row(verdict: Verdict, claimed: Sequence[str]) -> VerdictRow:
+    measured = verdict.measured
     return VerdictRow(
         requirement=verdict.requirement or (claimed[0] if claimed else ""),
         outcome=verdict.outcome.value,
         what=verdict.text,
-        measured_ns=tuple(verdict.measured) if verdict.measured else None,
+        measured_ns=(measured.earliest, measured.latest) if measured else None,
         limits_ns=_limits(verdict.limits) if verdict.limits else None,
         text=str(verdict),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from hil_tests.clock import S, show_span
@@ -12,9 +13,10 @@ from hil_tests.run import outcome
 if TYPE_CHECKING:
     from hil_tests.requirements import Requirement
     from hil_tests.run.plan import Plan
-    from hil_tests.run.session import Run
+    from hil_tests.run.session import Run, Told
 
 _HOUR = 3600 * S
+_NAMED_TESTS = 4
 _DEVICES = {
     "virtual": "bundled model in virtual time",
     "model": "bundled model in a process of its own",
@@ -67,12 +69,49 @@ def explain(error: BaseException, requirement: Requirement | None, where: str) -
         clause = f"{requirement.source}, {requirement.clause}"
         lines.append(f"{requirement.id} ({requirement.kind.value}; {clause})")
         lines.append(f"  requires: {requirement.text}")
-    lines.append(f"  {verdict.outcome.value}: {str(verdict).removeprefix(verdict.requirement + ': ')}")
+    story = str(verdict).removeprefix(f"{verdict.requirement}: ")
+    lines.append(f"  {verdict.outcome.value}: {story}")
     _, _, evidence = str(error).partition("\n")
     if evidence:
         lines += ["  on the bus:", evidence]
+    lines += [f"  {line}" for line in example_lines(error)]
     lines.append(f"  checked at: {where}")
     return "\n".join(lines)
+
+
+def one_line(text: str, most: int = 200) -> str:
+    """The first line of a text, cut where it would fill the screen."""
+    first = text.strip().partition("\n")[0]
+    return first if len(first) <= most else f"{first[: most - 3]}..."
+
+
+def sections(run: Run) -> Iterator[tuple[str, list[str]]]:
+    """Titles and lines of what a run ends with: only what is not plainly passed or failed."""
+    for name in (outcome.NOT_RUN, outcome.NOT_APPLICABLE):
+        lines = reason_lines([each for each in run.told if each.outcome == name])
+        if lines:
+            yield name, lines
+    for name in (outcome.OBSERVATION, outcome.INCONCLUSIVE):
+        told = [each for each in run.told if each.outcome == name]
+        if told:
+            yield name, [line for each in told for line in _told_lines(run, each)]
+    if run.broken is not None:
+        yield "bench broken", [str(run.broken)]
+    if run.problems:
+        yield "problems of the bench", run.problems
+    yield "nodeproof", closing_lines(run)
+
+
+def _told_lines(run: Run, told: Told) -> list[str]:
+    """Which test, why, and where to look."""
+    lines = [told.test, f"    {told.why}"]
+    return [*lines, f"    trace: {run.folder.path / told.trace}"] if told.trace else lines
+
+
+def example_lines(error: BaseException) -> list[str]:
+    """The example of a property that failed, as Hypothesis notes it, without our fixtures."""
+    noted = "\n".join(getattr(error, "__notes__", ())).splitlines()
+    return [line for line in noted if "=<hil_tests." not in line]
 
 
 def closing_lines(run: Run) -> list[str]:
@@ -81,10 +120,8 @@ def closing_lines(run: Run) -> list[str]:
     shown = [f"{counts[name]} {name}" for name in outcome.REPORTED if counts[name]]
     bench = run.opened
     bus_ns, frames = (bench.bus_ns, bench.frames) if bench else (0, 0)
-    lines = [
-        f"{', '.join(shown) or 'nothing was run'}; {bus_ns / _HOUR:.2f} bus hours,"
-        f" {frames} frames, {len(run.verdicts)} checks"
-    ]
+    seen = f"{bus_ns / _HOUR:.2f} bus hours, {frames} frames, {len(run.verdicts)} checks"
+    lines = [f"{', '.join(shown) or 'nothing was run'}; {seen}"]
     if bench is not None and (bench.stalls or len(bench.lateness)):
         lines.append(
             f"the host was busy: the suite was stopped {bench.stalls} times, the model sent"
@@ -109,14 +146,15 @@ def characteristic_lines(run: Run) -> list[str]:
     ]
 
 
-def reason_lines(run: Run, reasons: dict[str, str]) -> list[str]:
+def reason_lines(told: Iterable[Told]) -> list[str]:
     """Tests that were not run, by reason."""
     by_reason: dict[str, list[str]] = {}
-    for test, reason in reasons.items():
-        by_reason.setdefault(reason, []).append(test.rpartition("::")[2])
+    for each in told:
+        by_reason.setdefault(each.why, []).append(each.test.rpartition("::")[2])
     lines = []
     for reason, tests in sorted(by_reason.items()):
-        shown = ", ".join(tests[:4]) + (f" and {len(tests) - 4} more" if len(tests) > 4 else "")  # noqa: PLR2004
+        more = len(tests) - _NAMED_TESTS
+        shown = ", ".join(tests[:_NAMED_TESTS]) + (f" and {more} more" if more > 0 else "")
         lines.append(f"  {len(tests):3d}  {reason}")
         lines.append(f"       {shown}")
     return lines
