@@ -70,9 +70,10 @@ class Bench(JudgingBench):
             NotRun: the bench cannot bring the device there; the text says why.
         """
         target = self._target(Wish(needed, prefer or {}))
+        left_at = self.now()
         if self.stage.renew(target):
             self._reset_facilities()
-            self.renewed(target, off=True)
+            self.renewed(target, off=True, until=left_at)
             return target
         if self.keys and self.keys.held:
             self.keys.release()

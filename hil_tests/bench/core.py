@@ -122,6 +122,7 @@ class BenchCore:
             command_ns=limits.command_ns,
             boot_up_ns=limits.boot_up_ns,
             key_bytes=self.profile.key_frame_bytes,
+            emcy_ns=limits.emcy_ns,
             exclusive=self.stage.exclusive,
         )
 
@@ -341,10 +342,16 @@ class BenchCore:
             return self.lateness.widen(thing)
         return interval_of(thing)
 
-    def renewed(self, parameters: Parameters, *, off: bool) -> None:
-        """The device is now commissioned to `parameters`: a new watch begins."""
+    def renewed(self, parameters: Parameters, *, off: bool, until: int | None = None) -> None:
+        """The device is now commissioned to `parameters`: a new watch begins.
+
+        Args:
+            parameters: its new ones.
+            off: it has no power.
+            until: when the one before was last there; None = now.
+        """
         self.parameters = parameters
-        self._close_watch(off=off)
+        self._close_watch(off=off, until=until)
 
     def forget(self) -> None:
         """What the device is commissioned to is no longer known."""

@@ -1,0 +1,124 @@
+"""Steps that the tests of the keys share.
+
+They judge from recorded instants only: a stimulus that came later than planned is judged as
+it came.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from hil_tests.api import (
+    MS,
+    Bench,
+    DeviceProfile,
+    Keys,
+    Limits,
+    Moment,
+    NotApplicable,
+    Parameters,
+    Seen,
+    matchers,
+)
+
+PREFERRED: Mapping[str, int] = {"node_id": 6, "debounce": 1}
+"""Quick, and no node id that a node might assume; right with any parameters."""
+
+MARGIN_NS = 2 * MS
+"""How far on the other side of a limit a stimulus is put: small beside every limit."""
+
+
+def known(bench: Bench) -> Parameters:
+    """What the device is commissioned to; stories and `bench.operational` see to it."""
+    assert bench.parameters is not None
+    return bench.parameters
+
+
+def mask_of(profile: DeviceProfile, names: Iterable[str]) -> int:
+    """The bits of some keys."""
+    return sum(1 << profile.key_bits[name] for name in set(names))
+
+
+def too_short_ns(bench: Bench) -> int:
+    """A press or release of this length must not be seen."""
+    return known(bench).debounce_ns - bench.profile.limits.scan_ns - MARGIN_NS
+
+
+def long_enough_ns(bench: Bench) -> int:
+    """A press or release of this length must be seen."""
+    return known(bench).debounce_ns + bench.profile.limits.scan_ns + MARGIN_NS
+
+
+def visible_ns(bench: Bench) -> int:
+    """A pause of this length cannot be missed between two readings of the keys."""
+    return bench.profile.limits.scan_ns + MARGIN_NS
+
+
+def report_limits(bench: Bench) -> Limits:
+    """From the last edge to the request of the key frame (KEY-05)."""
+    limits, debounce_ns = bench.profile.limits, known(bench).debounce_ns
+    earliest = max(debounce_ns - limits.scan_ns, 0)
+    return Limits(earliest, debounce_ns + limits.scan_ns + limits.key_frame_ns)
+
+
+def settle(bench: Bench) -> None:
+    """Wait until what the keys are now must have been reported."""
+    bench.wait(report_limits(bench).at_most_ns + MARGIN_NS)
+
+
+def expect_keys(
+    bench: Bench, names: Iterable[str], *, after: Moment | Seen, requirement: str = ""
+) -> Seen:
+    """A key frame with exactly these keys comes when the debounce time is over."""
+    profile = bench.profile
+    matcher = matchers.key_frame(
+        bench.node_id, mask_of(profile, names), profile.key_frame_bytes
+    )
+    return bench.expect(
+        matcher, after=after, within=report_limits(bench), requirement=requirement
+    )
+
+
+def key_masks(bench: Bench, after: Moment | Seen) -> list[int]:
+    """What the key frames since something have shown, in order."""
+    matcher = matchers.key_frame(bench.node_id)
+    found = bench.collect(matcher, after=after, until=bench.now())
+    return [int.from_bytes(seen.frame.data, "little") for seen in found]
+
+
+def expect_masks(
+    bench: Bench, wanted: Sequence[int], *, after: Moment | Seen, requirement: str = ""
+) -> None:
+    """The key frames since something were these, no more and no fewer."""
+    found = key_masks(bench, after)
+    text = f"key frames {_show(wanted)}; they were {_show(found)}"
+    bench.check(found == list(wanted), text, requirement=requirement, since=after)
+
+
+def _show(masks: Sequence[int]) -> str:
+    return " ".join(f"{mask:02X}h" for mask in masks) or "none"
+
+
+def needs_releases(bench: Bench) -> None:
+    """Raise NotApplicable for a board that reports presses only."""
+    if not bench.profile.releases_reported:
+        raise NotApplicable("the profile says that the board does not report releases")
+
+
+def pulse(keys: Keys, name: str, spans_ns: Sequence[int], *, held: bool = False) -> list[Moment]:
+    """One key pressed and released in turn, each time after a span; the first one at once.
+
+    Args:
+        keys: the keys.
+        name: of the key.
+        spans_ns: how long it stays after each edge but the last.
+        held: it is held now, so that it is released first.
+    """
+    others = keys.held - {name}
+    steps: list[tuple[int, frozenset[str]]] = []
+    at = 0
+    for span_ns in (*spans_ns, 0):
+        held = not held
+        steps.append((at, others | {name} if held else others))
+        at += span_ns
+    return keys.sequence(steps)
