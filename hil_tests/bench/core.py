@@ -166,10 +166,11 @@ class BenchCore:
         self.frames += len(self.trace)
         self.bus_ns += max(self.now() - self._began_at, 0)
 
-    def _close_watch(self, *, off: bool) -> None:
-        """What one watch found is kept; another begins."""
+    def _close_watch(self, *, off: bool, until: int | None = None) -> None:
+        """What one watch found up to `until` (None = now) is kept; another begins."""
         self.settle()
-        self._found.extend(self.watch.finish(self.now(), self.lateness))
+        end = self.now() if until is None else until
+        self._found.extend(self.watch.finish(end, self.lateness))
         self.watch = self._new_watch(off=off)
         self._rates.append((len(self.trace), self.watch.clock.bit_ns))
 
