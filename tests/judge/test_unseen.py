@@ -1,4 +1,4 @@
-"""What the virtual wire tells of frames that nobody could read, so that the judge allows for it."""
+"""What the virtual wire tells of frames that nobody could read: the judge allows for it."""
 
 from __future__ import annotations
 
