@@ -1,4 +1,6 @@
-"""Draws a terminal run as SVG: `pytest --color=yes ... | python docs/make_picture.py > docs/run.svg`.
+"""Draws a terminal run as SVG.
+
+    pytest --color=yes ... | python docs/make_picture.py --command 'pytest ...' > docs/run.svg
 
 Reads what a program printed, colours included, and writes one self-contained picture. What
 the terminal would have shown is shown as it is, long lines folded; nothing is left out.
@@ -27,6 +29,20 @@ _COLOURS = {
     90: "#5c6370", 91: "#ff6b6b", 92: "#7ec77e", 93: "#e5c07b",
     94: "#61afef", 95: "#c678dd", 96: "#56b6c2", 97: "#ffffff",
 }  # fmt: skip
+
+_SVG = (
+    '<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}"'
+    ' viewBox="0 0 {width} {height}" role="img">'
+)
+_TITLE_BAR = (
+    '<path d="M0 {bottom}V8a8 8 0 0 1 8-8H{right}a8 8 0 0 1 8 8V{bottom}Z" fill="#2c313a"/>'
+)
+_BUTTON = '<circle cx="{x}" cy="14" r="6" fill="{colour}"/>'
+_BUTTONS = ("#ff6b6b", "#e5c07b", "#7ec77e")
+_LETTERS = (
+    '<g font-family="\'DejaVu Sans Mono\',Menlo,Consolas,monospace" font-size="14"'
+    ' xml:space="preserve">'
+)
 
 
 class Style(NamedTuple):
@@ -99,23 +115,18 @@ def draw(lines: Sequence[str], title: str, columns: int) -> str:
         row, style = cells(line, style)
         rows += folded(row, columns)
     width, height = columns * _CHAR + 2 * _PAD, len(rows) * _LINE + _BAR + _PAD
-    parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}"'
-        f' viewBox="0 0 {width:.0f} {height:.0f}" role="img">',
+    texts: list[str] = []
+    for number, line_cells in enumerate(rows):
+        texts += drawn(line_cells, _BAR + 14 + number * _LINE)
+    head = [
+        _SVG.format(width=round(width), height=round(height)),
         f"<title>{escape(title)}</title>",
         '<rect width="100%" height="100%" rx="8" fill="#20242b"/>',
-        f'<path d="M0 {_BAR - 8}V8a8 8 0 0 1 8-8H{width - 8:.0f}a8 8 0 0 1 8 8V{_BAR - 8}Z"'
-        ' fill="#2c313a"/>',
-        *(
-            f'<circle cx="{20 + 20 * place}" cy="14" r="6" fill="{colour}"/>'
-            for place, colour in enumerate(("#ff6b6b", "#e5c07b", "#7ec77e"))
-        ),
-        '<g font-family="\'DejaVu Sans Mono\',Menlo,Consolas,monospace"'
-        ' font-size="14" xml:space="preserve">',
+        _TITLE_BAR.format(bottom=_BAR - 8, right=round(width) - 8),
+        *(_BUTTON.format(x=20 + 20 * n, colour=colour) for n, colour in enumerate(_BUTTONS)),
+        _LETTERS,
     ]
-    for number, row in enumerate(rows):
-        parts += drawn(row, _BAR + 14 + number * _LINE)
-    return "\n".join([*parts, "</g>", "</svg>"]) + "\n"
+    return "\n".join([*head, *texts, "</g>", "</svg>"]) + "\n"
 
 
 def drawn(row: Sequence[Cell], y: int) -> Iterator[str]:
