@@ -15,6 +15,10 @@ class BusUnavailable(BenchError):
     """The CAN interface is missing, down, or held by another run."""
 
 
+class NotAcknowledged(BenchError):
+    """A frame of ours did not get onto the bus: nobody acknowledges, or the bus is full."""
+
+
 class ControlError(BenchError):
     """The control peer closed, stalled, lied or refused."""
 

@@ -152,6 +152,7 @@ def test_wait_ignores_other_pdos_and_sdos(
     for each in (node_id, OTHER.node_id, 0x7F):
         bench.send(Frame(0x600 + each, bytes.fromhex("4000100000000000")))
         bench.send(Frame(0x600 + each, b"\x23\x00\x20\x01" + data[:4]))
+        bench.send(Frame(0x600 + each, data + bytes(2)))
 
     bench.never(matchers.anything(), after=on, for_ns=4 * S)
     first_echo(bench, bench.request(EXAMPLE), payload(EXAMPLE))

@@ -14,6 +14,7 @@ import attrs
 from hil_tests.bench.judging import JudgingBench
 from hil_tests.clock import MS
 from hil_tests.config import Parameters
+from hil_tests.errors import NotAcknowledged
 from hil_tests.judge import matchers
 from hil_tests.judge.causal import Seen
 from hil_tests.judge.cobs import COMMISSION, Nmt, parameter_bytes
@@ -173,6 +174,11 @@ class Bench(JudgingBench):
 
     # Commissioning.
 
+    @property
+    def device_proven(self) -> bool:
+        """The device was heard in this run (or is virtual): its cable and supply are right."""
+        return self.stage.virtual or self.heard_at_all or self.was_heard()
+
     def enter_commissioning(self, *extra: str) -> Moment:
         """Power up with the commissioning keys (and `extra` ones) held, at 125 kbit/s.
 
@@ -196,7 +202,12 @@ class Bench(JudgingBench):
         """Send one 4F8h; from now on the device's parameters count as unknown."""
         data = parameters if isinstance(parameters, bytes) else payload(parameters)
         self.forget()
-        return self.send(Frame(COMMISSION, data))
+        try:
+            return self.send(Frame(COMMISSION, data))
+        except NotAcknowledged as error:
+            if not self.device_proven:
+                raise
+            self.fail(f"nobody listens at 125 kbit/s: {error}", requirement="COM-02")
 
     def leave_commissioning(self, parameters: Parameters) -> None:
         """Power off, keys released, tester at the bit rate of `parameters`."""

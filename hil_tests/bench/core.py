@@ -16,7 +16,7 @@ from hil_tests.bench.action import Action
 from hil_tests.bench.facilities import BitRate, Keys, Leds, Power
 from hil_tests.bench.stage import Stage
 from hil_tests.clock import FOREVER, MS, Interval, S, show_span
-from hil_tests.errors import BenchError
+from hil_tests.errors import BenchError, NotAcknowledged
 from hil_tests.judge.causal import Lateness, Seen
 from hil_tests.judge.cobs import State
 from hil_tests.judge.expected import Expected
@@ -71,6 +71,7 @@ class BenchCore:
         self._found: list[Verdict] = []
         self.frames = 0
         self.bus_ns = 0
+        self.heard_at_all = False
         self._earliest = array("q")
         self._calendar: list[tuple[int, int, Callable[[], object]]] = []
         self._order = 0
@@ -165,6 +166,10 @@ class BenchCore:
         """Frames and bus time of what has ended go to the totals of the run."""
         self.frames += len(self.trace)
         self.bus_ns += max(self.now() - self._began_at, 0)
+
+    def _heard_early(self) -> bool:
+        """Whether another station spoke among the first frames of this test."""
+        return any(not sighting.own for sighting in self.trace.frames(0, 20))
 
     def _close_watch(self, *, off: bool, until: int | None = None) -> None:
         """What one watch found up to `until` (None = now) is kept; another begins."""
@@ -301,7 +306,7 @@ class BenchCore:
         """Send a frame and wait until it was on the bus.
 
         Raises:
-            BenchError: it did not get there; nobody acknowledges, or the bus is full.
+            NotAcknowledged: it did not get there; nobody acknowledges, or the bus is full.
         """
         start = len(self.trace)
         self.post(frame)
@@ -314,7 +319,7 @@ class BenchCore:
                     return self.seen(index)
                 index += 1
             if not self.pump(give_up_at) and self.now() >= give_up_at:
-                raise BenchError(
+                raise NotAcknowledged(
                     f"{frame} was not on the bus within {show_span(SEND_PATIENCE_NS)}: nobody"
                     " acknowledges (device off, other bit rate, cable) or the bus is full"
                 )

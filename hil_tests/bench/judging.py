@@ -10,6 +10,7 @@ from typing import NoReturn
 
 from hil_tests.bench.core import BenchCore, When, interval_of
 from hil_tests.clock import MS, Interval, S, show_span
+from hil_tests.errors import NotAcknowledged
 from hil_tests.judge import matchers
 from hil_tests.judge.causal import Seen
 from hil_tests.judge.cobs import SHOWN, Nmt, State, nmt_frame
@@ -22,6 +23,7 @@ from hil_tests.judge.verdict import (
     Outcome,
     Verdict,
 )
+from node_model.frame import Frame
 
 LOOK_ON_NS = 250 * MS
 """How much longer than its limit a frame is waited for, to tell late from missing."""
@@ -236,6 +238,27 @@ class JudgingBench(BenchCore):
             last = seen
         self.settle()
         return found
+
+    # Sending.
+
+    def send(self, frame: Frame) -> Seen:
+        """Send a frame and wait until it was on the bus.
+
+        Raises:
+            DeviceFailure: nobody acknowledges any more, though the device was heard in this
+                test: it has left the bus.
+            NotAcknowledged: nobody acknowledges, and nobody was heard either.
+        """
+        try:
+            return super().send(frame)
+        except NotAcknowledged as error:
+            if not self.was_heard():
+                raise
+            self.fail(f"the device was heard, and is gone from the bus: {error}")
+
+    def was_heard(self) -> bool:
+        """Whether any frame of another station was seen in this test."""
+        return any(not sighting.own for sighting in self.trace.frames())
 
     # Network management.
 

@@ -6,7 +6,6 @@ Time goes on from world to world, so that a test has one continuous trace.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from hil_tests.bench.action import (
@@ -22,9 +21,11 @@ from hil_tests.trace import BusEvent, EventKind, Sighting
 from node_model.frame import Frame
 from node_model.keypad import Parameters as ModelParameters
 from node_model.keypad import Profile
+from node_model.keypad.parameters import SIZE
 from node_model.load import Load
 from node_model.node import Panel
-from node_model.world import Controller, World
+from node_model.storage import RecordStore
+from node_model.world import FOREVER, Controller, World
 
 if TYPE_CHECKING:
     from hil_tests.config import Parameters
@@ -117,11 +118,20 @@ class Done(Generic[T]):
         return self._do()
 
 
+def memory_with(parameters: ModelParameters) -> bytes:
+    """Content of the memory of a device that was commissioned to these parameters."""
+    store = RecordStore(SIZE)
+    store.save(parameters.encode(), 0)
+    store.advance(FOREVER)
+    return bytes(store.memory)
+
+
 class VirtualStage:
     """Power, keys and LEDs of a model, exact to the nanosecond.
 
     Args:
-        make: builds the device from a profile; with a fault or a difference if asked.
+        make: builds the device from a profile and the content of its memory; with a fault or
+            a difference if asked.
         profile: facts of the device for the model.
         name: of the bench.
     """
@@ -134,7 +144,7 @@ class VirtualStage:
     sees_edges = True
 
     def __init__(
-        self, make: Callable[[Profile], Panel], profile: Profile, name: str = "virtual"
+        self, make: Callable[[Profile, bytes], Panel], profile: Profile, name: str = "virtual"
     ) -> None:
         self._make = make
         self._profile = profile
@@ -145,19 +155,19 @@ class VirtualStage:
         self.keys: KeysDriver | None = self
         self.leds: LedsDriver | None = self
         self.bitrate: BitRateDriver | None = self
-        self._enter(profile, 0, profile.factory.bit_rate)
+        self._enter(0, profile.factory.bit_rate, b"")
 
-    def _enter(self, profile: Profile, now: int, bit_rate: int) -> None:
+    def _enter(self, now: int, bit_rate: int, image: bytes) -> None:
         world = World(bit_rate, now)
         self.bit_rate = bit_rate
         self.port.enter(world)
         self._loads: list[tuple[Controller, Load]] = []
-        self.device = self._make(profile)
+        self.device = self._make(self._profile, image)
         self.controller: Controller = world.attach(self.device)
 
     def renew(self, parameters: Parameters) -> bool:
-        """A new world with a device that left the factory with these parameters."""
-        factory = ModelParameters(
+        """A new world with a device that was once commissioned to these parameters."""
+        stored = ModelParameters(
             parameters.node_id,
             parameters.bit_rate_code,
             parameters.heartbeat_ms,
@@ -165,7 +175,7 @@ class VirtualStage:
             parameters.debounce,
         )
         now = self.port.now() + PAUSE_NS
-        self._enter(replace(self._profile, factory=factory), now, parameters.bit_rate)
+        self._enter(now, parameters.bit_rate, memory_with(stored))
         return True
 
     def load(self, frames: Sequence[Frame], share_ppm: int) -> bool:

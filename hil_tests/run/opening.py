@@ -73,7 +73,7 @@ def _virtual(plan: Plan) -> Stage:
             f"{plan.profile.path}: the bundled model cannot be this device"
             f" ({type(error).__name__}: {error}); test the device itself with --can-iface NAME"
         ) from error
-    return VirtualStage(lambda profile: faults.make(plan.mutant, profile), facts, plan.bench_name)
+    return VirtualStage(partial(faults.make, plan.mutant), facts, plan.bench_name)
 
 
 def _real(plan: Plan, capture: Capture | None) -> Stage:
