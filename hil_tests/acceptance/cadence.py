@@ -27,6 +27,9 @@ LONG_PERIOD_MS = 5000
 
 FEW = 3
 
+SPARE = 4
+"""More intervals than a verdict needs: some may be inconclusive."""
+
 _LOSSES = frozenset((EventKind.GAP, EventKind.OVERFLOW, EventKind.BUS_OFF, EventKind.DOWN))
 
 
@@ -46,6 +49,12 @@ def enough(bench: Bench) -> int:
     """How many intervals a verdict asks for: 20, or 3 long ones where time is real."""
     long = period_ns(bench) > LONG_PERIOD_MS * MS
     return FEW if long and not bench.stage.virtual else ENOUGH
+
+
+def some_row(bench: Bench, first: Seen) -> list[Seen]:
+    """`first` and as many beats more as a verdict on the period needs."""
+    need = enough(bench)
+    return row(bench, need + SPARE if need == ENOUGH else need, first)
 
 
 def settle_in(bench: Bench, state: State, requirement: str = "NMT-04") -> Seen:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 
 from hil_tests.acceptance.cadence import (
-    enough,
     judge_row,
     next_beat,
     period_ns,
     row,
     settle_in,
+    some_row,
 )
 from hil_tests.acceptance.nmt_steps import QUICK, RESETS, RUNNING_STATES, enter, name_of
 from hil_tests.api import MS, Bench, Nmt, S, State, exactly, matchers
@@ -35,7 +35,7 @@ def rate_name(code: int) -> str:
 def test_period_in_every_state(bench: Bench, state: State) -> None:
     """In each state the heartbeat keeps the commissioned period."""
     bench.start(QUICK)
-    judge_row(bench, row(bench, enough(bench), settle_in(bench, state)))
+    judge_row(bench, some_row(bench, settle_in(bench, state)))
 
 
 @pytest.mark.requirement("HB-01")
@@ -43,7 +43,7 @@ def test_period_as_commissioned(bench: Bench) -> None:
     """The heartbeat has the period that the node is commissioned to, whatever that is."""
     boot = bench.start()
     period_ns(bench)
-    judge_row(bench, row(bench, enough(bench), next_beat(bench, boot)))
+    judge_row(bench, some_row(bench, next_beat(bench, boot)))
 
 
 @pytest.mark.requirement("HB-01")
@@ -51,7 +51,7 @@ def test_period_as_commissioned(bench: Bench) -> None:
 def test_range_of_periods(bench: Bench, period_ms: int) -> None:
     """Each period of the range is kept, short and long, the high byte first."""
     boot = bench.start(heartbeat_ms=period_ms)
-    judge_row(bench, row(bench, enough(bench), next_beat(bench, boot)))
+    judge_row(bench, some_row(bench, next_beat(bench, boot)))
 
 
 @pytest.mark.requirement("HB-01")
@@ -60,7 +60,7 @@ def test_shortest_period_at_each_bit_rate(bench: Bench, code: int) -> None:
     """At each bit rate the shortest period that is asked of the node is kept."""
     shortest_ms = bench.profile.shortest_heartbeat[RATES[code]] // MS
     boot = bench.start(bit_rate_code=code, heartbeat_ms=shortest_ms)
-    judge_row(bench, row(bench, enough(bench), next_beat(bench, boot)))
+    judge_row(bench, some_row(bench, next_beat(bench, boot)))
 
 
 @pytest.mark.virtual("no limit of a real board is known for every period at every bit rate")

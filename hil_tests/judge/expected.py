@@ -21,6 +21,7 @@ class Expected:
         command_ns: an NMT command shows its effect within this.
         boot_up_ns: from power-on or reset to boot-up, at most.
         key_bytes: length of a key frame.
+        emcy_ns: from boot-up to its EMCY, at most.
         exclusive: nobody else is on the bus, so every frame of others is the device's.
         neighbours: identifiers of stations that the bench itself put on the bus.
     """
@@ -34,5 +35,6 @@ class Expected:
     command_ns: int
     boot_up_ns: int
     key_bytes: int = 1
+    emcy_ns: int = 0
     exclusive: bool = True
     neighbours: frozenset[int] = frozenset()

@@ -60,6 +60,9 @@ class AllowedFrames:
         self._suspicions: list[Suspicion] = []
         self._requested = False
         self._identified = node_id is not None
+        self._emcy_id = EMCY + (node_id or 0)
+        self._emcy_until = -1
+        self._emcy_ns = expected.emcy_ns
         self._rules: dict[int, tuple[range, States, str]] = {
             ECHO: (range(6, 9), frozenset((State.COMMISSIONING,)), "ROB-02")
         }
@@ -93,8 +96,12 @@ class AllowedFrames:
             text = f"the device sent {frame} with {len(frame.data)} bytes"
             self._suspect("ROB-02", f"{text}; {lengths[0]} are right", seen)
             return
+        if frame.data == b"\x00" and states is _BEATING:
+            self._emcy_until = seen.wanted.latest + self._emcy_ns
         possible = self._timeline.possible(seen.wanted)
         if not possible & states:
+            if frame.can_id == self._emcy_id and seen.wanted.earliest <= self._emcy_until:
+                return  # the EMCY of this start, queued before a command stopped the node
             self._forbidden(seen, states, possible, requirement)
         elif frame.can_id == ECHO and not self._requested:
             self._suspect("COM-01", f"echo {frame} before any 4F8h was sent", seen)

@@ -60,21 +60,29 @@ def breaches(story: Story, limits: Limits) -> list[Breach]:
     """Every frame of the node, and every silence after a reset, that nothing explains."""
     found: list[Breach] = []
     events: list[_Event] = []
-    owed = 0
+    unanswered: list[int] = []
     for seen in story.frames:
         command = nmt_for(seen.frame, story.node_id) if seen.own else None
         if command is not None:
-            events.append(_Event(command, seen.at, seen.at, sure=not _under_way(events)))
-            owed += command in _RESETS
+            sure = not _under_way(events) and not _pending(unanswered, seen.at, limits)
+            events.append(_Event(command, seen.at, seen.at, sure))
+            if command in _RESETS:
+                unanswered.append(seen.at)
         elif _is_boot_up(seen, story.node_id):
-            if not owed:
+            earliest, latest = seen.wanted
+            if not _under_way(events) and not _pending(unanswered, earliest, limits):
                 found.append(Breach("NMT-02", f"boot-up {seen.frame} without a reset"))
-            found += _late(events, seen.wanted.earliest, limits)
-            owed = max(owed - 1, 0)
-            events.append(_Event(None, seen.wanted.earliest, seen.wanted.latest, sure=True))
+            found += _late(events, earliest, limits)
+            del unanswered[:1]
+            events.append(_Event(None, earliest, latest, sure=True))
         elif not seen.own:
             found += _unexplained(seen, story.node_id, events, limits)
     return found + _late(events, story.until, limits)
+
+
+def _pending(unanswered: Sequence[int], at: int, limits: Limits) -> bool:
+    """A reset that came during initialisation may have been kept, and act after boot-up."""
+    return any(at <= reset + limits.command_ns + limits.boot_up_ns for reset in unanswered)
 
 
 def _is_boot_up(seen: Seen, node_id: int) -> bool:

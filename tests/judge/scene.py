@@ -40,6 +40,7 @@ def device(
         bit_rate=bit_rate,
         command_ns=50 * MS,
         boot_up_ns=1 * S,
+        emcy_ns=100 * MS,
         exclusive=exclusive,
     )
 

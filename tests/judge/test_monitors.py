@@ -88,6 +88,23 @@ def test_a_key_frame_after_operational(at_ms: int, blamed: list[str]) -> None:
     assert scene.blamed(320) == blamed
 
 
+@pytest.mark.parametrize(("at_ms", "blamed"), [(150, []), (151, ["ROB-02"])])
+def test_the_emcy_of_a_start_in_stopped(at_ms: int, blamed: list[str]) -> None:
+    """A stopped node sends none, but that of its start may have been queued before."""
+    scene = Scene().started()
+    scene.command(Nmt.STOP, 60)
+    scene.see(Frame(0x085, bytes(8)), at_ms)
+    assert scene.blamed(151) == blamed
+
+
+def test_no_other_frame_is_excused_by_a_start() -> None:
+    """Key frames are none of it."""
+    scene = Scene().started()
+    scene.command(Nmt.STOP, 60)
+    scene.see(Frame(0x185, bytes(1)), 149)
+    assert scene.blamed(150) == ["KEY-07"]
+
+
 def test_a_key_frame_of_a_late_host_is_inconclusive() -> None:
     """It may have been due while the node was operational."""
     scene = Scene().started()

@@ -113,6 +113,23 @@ def test_a_second_reset_extends_the_wait() -> None:
     assert blamed(*story, beat(0x00, 1510)) == []
 
 
+def test_a_kept_reset_may_make_later_commands_unheard() -> None:
+    """Once: reset, reset, boot-up, start, boot-up, and the start obeyed after all."""
+    story = [told(RESET, 0), told(RESET, 15), beat(0x00, 50), told(START, 65), beat(0x00, 66)]
+    assert blamed(*story, beat(0x05, 200)) == []
+    assert blamed(*story, beat(0x7F, 200)) == []
+    assert blamed(*story, beat(0x04, 200)) == ["NMT-07"]
+
+
+def test_a_reset_is_not_kept_for_ever() -> None:
+    """A limit of a command and one of a boot-up later it explains nothing any more."""
+    story = [told(RESET, 0), told(RESET, 15), beat(0x00, 50)]
+    assert blamed(*story, beat(0x00, 1065)) == []
+    assert blamed(*story, beat(0x00, 1066)) == ["NMT-02"]
+    assert blamed(*story, told(START, 1065), beat(0x7F, 1200)) == []
+    assert blamed(*story, told(START, 1066), beat(0x7F, 1200)) == ["NMT-07"]
+
+
 def test_no_beat_between_reset_and_boot_up() -> None:
     """Once the reset must have acted, a beat is not explained."""
     assert blamed(told(RESET, 100), beat(0x7F, 150)) == []
