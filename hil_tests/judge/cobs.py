@@ -83,7 +83,7 @@ def device_ids(node_id: int | None) -> frozenset[int]:
     return frozenset(fixed | {base + node_id for base in bases})
 
 
-def parameter_bytes(  # noqa: PLR0913  the six fields of the source's table
+def parameter_bytes(
     node_id: int,
     bit_rate_code: int,
     heartbeat_ms: int,

@@ -71,7 +71,7 @@ def emcy(node_id: int, code_class: int | None = None, code: int | None = None) -
     can_id = EMCY + node_id
 
     def accepts(frame: Frame) -> bool:
-        if not _plain(frame, can_id) or len(frame.data) != 8:  # noqa: PLR2004  EMCY has 8
+        if not _plain(frame, can_id) or len(frame.data) != 8:
             return False
         found = frame.data[0] | frame.data[1] << 8
         return (code_class is None or found >> 8 == code_class) and (code is None or found == code)

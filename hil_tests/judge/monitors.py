@@ -84,6 +84,7 @@ class AllowedFrames:
         self._requested = False
 
     def see(self, seen: Seen) -> None:
+        """Note what is wrong with a frame."""
         frame = seen.frame
         rule = self._rules.get(frame.can_id)
         if rule is None and not self._identified:
@@ -132,6 +133,7 @@ class AllowedFrames:
         """The timeline knows."""
 
     def finish(self, until: int, quiet_from: int, lateness: Lateness) -> Iterator[Verdict]:  # noqa: ARG002
+        """See `Monitor`."""
         return confirmed(self._suspicions, lateness)
 
 
@@ -149,6 +151,7 @@ class BootUp:
         self._missing: list[Verdict] = []
 
     def see(self, seen: Seen) -> None:
+        """Note what is wrong with a frame."""
         frame = seen.frame
         if frame.can_id == self._can_id and frame.data == b"\x00":
             if self._owed:
@@ -195,12 +198,13 @@ class BootUp:
     def _overdue(self, until: int) -> None:
         """Note a boot-up that should have come by `until`."""
         limit = self._expected.boot_up_ns
-        if self._owed and 0 <= self._since.latest and until > self._since.latest + limit:
+        if self._owed and self._since.latest >= 0 and until > self._since.latest + limit:
             text = f"no boot-up within {show_span(limit)} after the reset"
             self._missing.append(Verdict("NMT-02", Outcome.FAIL, text, at=until))
             self._owed = 0
 
     def restarted(self, when: Interval, by: Nmt | None) -> None:
+        """A new start."""
         self._overdue(when.earliest)
         self._owed = 1 if by is None else self._owed + 1
         self._excused = 0 if by is None else self._excused
@@ -211,17 +215,19 @@ class BootUp:
         """Nothing that concerns a boot-up."""
 
     def silenced(self, when: Interval) -> None:
+        """Nothing is due any more."""
         self._overdue(when.earliest)
         self._owed = 0
 
     def finish(self, until: int, quiet_from: int, lateness: Lateness) -> Iterator[Verdict]:  # noqa: ARG002
+        """See `Monitor`."""
         self._overdue(quiet_from)
         yield from self._missing
         yield from confirmed(self._suspicions, lateness)
 
 
 class Heartbeats:
-    """The cadence and the content of the heartbeat (HB-01, HB-02, HB-05, HB-06, NMT-03, NMT-07)."""
+    """Cadence and content of the heartbeat (HB-01, HB-02, HB-05, HB-06, NMT-03, NMT-07)."""
 
     def __init__(self, expected: Expected, timeline: StateTimeline) -> None:
         self._expected = expected
@@ -333,18 +339,21 @@ class Heartbeats:
             self._suspicions.append(Suspicion("HB-01", text, last, always_wrong, first, total))
 
     def restarted(self, when: Interval, by: Nmt | None) -> None:
+        """A new start."""
         self._started = False
         self.silenced(when)
         if by is not None:
             self._free_until = when.latest + self._expected.command_ns
 
     def commanded(self, when: Interval) -> None:
+        """A state change may come: an extra beat, a new phase."""
         self._started = True
         self._end_steady()
         self._known = None
         self._free_until = when.latest + self._expected.command_ns + max(self._high, 0)
 
     def silenced(self, when: Interval) -> None:
+        """Nothing is due any more."""
         self._overdue(when.earliest)
         self._end_steady()
         self._known = None
@@ -366,6 +375,7 @@ class Heartbeats:
             self._others.append(Verdict(name, Outcome.FAIL, text, measured, limits, last.at))
 
     def finish(self, until: int, quiet_from: int, lateness: Lateness) -> Iterator[Verdict]:  # noqa: ARG002
+        """See `Monitor`."""
         self._overdue(quiet_from)
         self._end_steady()
         yield from self._others
