@@ -71,15 +71,11 @@ def expect_keys(
 ) -> Seen:
     """A key frame with exactly these keys comes when the debounce time is over."""
     profile = bench.profile
-    matcher = matchers.key_frame(
-        bench.node_id, mask_of(profile, names), profile.key_frame_bytes
-    )
-    return bench.expect(
-        matcher, after=after, within=report_limits(bench), requirement=requirement
-    )
+    matcher = matchers.key_frame(bench.node_id, mask_of(profile, names), profile.key_frame_bytes)
+    return bench.expect(matcher, after=after, within=report_limits(bench), requirement=requirement)
 
 
-def key_masks(bench: Bench, after: Moment | Seen) -> list[int]:
+def key_masks(bench: Bench, after: Moment | Seen | int) -> list[int]:
     """What the key frames since something have shown, in order."""
     matcher = matchers.key_frame(bench.node_id)
     found = bench.collect(matcher, after=after, until=bench.now())
@@ -87,7 +83,7 @@ def key_masks(bench: Bench, after: Moment | Seen) -> list[int]:
 
 
 def expect_masks(
-    bench: Bench, wanted: Sequence[int], *, after: Moment | Seen, requirement: str = ""
+    bench: Bench, wanted: Sequence[int], *, after: Moment | Seen | int, requirement: str = ""
 ) -> None:
     """The key frames since something were these, no more and no fewer."""
     found = key_masks(bench, after)
