@@ -1,0 +1,89 @@
+"""Steps that the tests of the LEDs share: frames in, light out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from hil_tests.api import MS, Bench, Frame, Leds, Seen, cobs
+
+PREFERRED: Mapping[str, int] = {"node_id": 6}
+"""No node id that a node might assume; right with any parameters."""
+
+MARGIN_NS = 5 * MS
+"""Beyond a limit, before the light is looked at."""
+
+
+def led_mask(bench: Bench, names: Iterable[str]) -> int:
+    """The bits of some LEDs."""
+    return sum(1 << bench.profile.led_bits[name] for name in set(names))
+
+
+def led_data(bench: Bench, names: Iterable[str]) -> bytes:
+    """The map of some LEDs, as long as the profile says, first byte lowest."""
+    return led_mask(bench, names).to_bytes(bench.profile.led_frame_bytes, "little")
+
+
+def settle(bench: Bench) -> None:
+    """Wait until an LED frame must have taken effect."""
+    bench.wait(bench.profile.limits.led_ns + MARGIN_NS)
+
+
+def steady_id(bench: Bench) -> int:
+    """COB-ID of the map of steady LEDs."""
+    return cobs.LED_STEADY + bench.node_id
+
+
+def blink_id(bench: Bench) -> int:
+    """COB-ID of the map of blinking LEDs."""
+    return cobs.LED_BLINK + bench.node_id
+
+
+def set_steady(bench: Bench, names: Iterable[str]) -> Seen:
+    """Exactly these LEDs are on, by 200h + id; waits for the effect."""
+    sent = bench.send(Frame(steady_id(bench), led_data(bench, names)))
+    settle(bench)
+    return sent
+
+
+def set_blinking(bench: Bench, names: Iterable[str]) -> Seen:
+    """Exactly these LEDs blink, by 300h + id; waits for the effect."""
+    sent = bench.send(Frame(blink_id(bench), led_data(bench, names)))
+    settle(bench)
+    return sent
+
+
+def expect_lights(
+    bench: Bench,
+    leds: Leds,
+    on: Iterable[str] = (),
+    blink: Iterable[str] = (),
+    *,
+    after: Seen | int,
+    requirement: str = "",
+) -> None:
+    """Exactly these LEDs shine, exactly these blink, all others are off."""
+    wanted = dict.fromkeys(leds.names, "off")
+    wanted |= dict.fromkeys(on, "on") | dict.fromkeys(blink, "blink")
+    found = leds.read()
+    wrong = [
+        f"{name} is {found.get(name, 'not there')}, not {light}"
+        for name, light in wanted.items()
+        if found.get(name) != light
+    ]
+    text = f"lights: {_show(wanted)}" + (f"; {', '.join(wrong)}" if wrong else "")
+    bench.check(not wrong, text, requirement=requirement, since=after)
+
+
+def _show(lights: Mapping[str, str]) -> str:
+    parts = [
+        f"{light}: {', '.join(names)}"
+        for light in ("on", "blink")
+        if (names := [name for name, now in lights.items() if now == light])
+    ]
+    return "; ".join(parts) or "all off"
+
+
+def no_led_bits(bench: Bench) -> int:
+    """The bits of the map that belong to no LED."""
+    every = (1 << 8 * bench.profile.led_frame_bytes) - 1
+    return every & ~led_mask(bench, bench.profile.led_bits)
