@@ -213,7 +213,7 @@ class BenchCore:
         if isinstance(item, Sighting):
             trace = self.trace
             seen = self.watch.see(item, trace.see(item))
-            self._earliest.append(seen.wanted.earliest)
+            self._earliest.append(seen.wanted[0])
         else:
             self.trace.note(item)
             if item.kind is not EventKind.STALL:
@@ -243,8 +243,20 @@ class BenchCore:
 
     def wait_until(self, instant: int) -> None:
         """Let time pass until `instant`."""
+        if self.stage.virtual:
+            self._glide(instant)
         while self.pump(instant):
             pass
+
+    def _glide(self, instant: int) -> None:
+        """Frame after frame while nothing is planned: virtual time never stalls."""
+        calendar, next_item = self._calendar, self.stage.port.next
+        record, see, keep = self.trace.see, self.watch.see, self._earliest.append
+        while not calendar and (item := next_item(instant)) is not None:
+            if isinstance(item, Sighting):
+                keep(see(item, record(item))[2][0])
+            else:
+                self.take(item)
 
     def at(self, instant: int, action: Callable[[], object]) -> None:
         """Put an action on the calendar: it is carried out at `instant`, whatever is waited for."""

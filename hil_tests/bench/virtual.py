@@ -35,6 +35,9 @@ T = TypeVar("T")
 PAUSE_NS = 1 * S
 """Between two worlds."""
 
+sighting = tuple.__new__
+"""What `Sighting` calls, without the call in between."""
+
 LOAD_DEPTH = 4
 """Mailboxes of a loading station: enough to never leave a gap."""
 
@@ -73,7 +76,10 @@ class VirtualPort:
             held, self._held = self._held, None
             return held
         found = world.next_frame(until)
-        seen = found and Sighting(found[0], found[1], 0, found[2] is self.tester)
+        if found is None:
+            return self._error() if world.errors else None
+        frame, at, sender, _ = found
+        seen = sighting(Sighting, (frame, at, 0, sender is self.tester))
         if world.errors:
             self._held = seen
             return self._error()

@@ -63,7 +63,7 @@ class Watch:
     def see(self, sighting: Sighting, index: int) -> Seen:
         """A frame was seen on the bus; `index` is its place in the trace."""
         seen = self.clock.see(sighting, index)
-        frame = sighting.frame
+        frame = seen[0]
         if frame is self._beat:
             # The very beat that was last found right in the present state.
             self._heartbeats.see(seen)
