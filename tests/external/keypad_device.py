@@ -514,9 +514,8 @@ class Keypad:
             asked = frame.remote and frame.ident == 0x180 + self.node_id
             if asked and self.state in HEARTBEAT_STATE:
                 self._send_keys(now)
-        elif self.fault == "param-open":
-            if frame.ident == 0x4F8 and len(frame.data) >= 6:
-                self._store(Parameters.from_bytes(frame.data, ""))
+        elif self.fault == "param-open" and frame.ident == 0x4F8 and len(frame.data) >= 6:
+            self._store(Parameters.from_bytes(frame.data, ""))
         return frame
 
     def _lamp_frame(self, frame: Frame, now: int) -> None:
