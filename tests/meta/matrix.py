@@ -109,13 +109,17 @@ def try_variant(variant: Variant) -> Cell:
     return Cell(variant.name, not harmed, text, time.perf_counter() - began)
 
 
+def _try(model: Mutant | Variant) -> Cell:
+    try:
+        return try_mutant(model) if isinstance(model, Mutant) else try_variant(model)
+    except RuntimeError as error:
+        return Cell(model.name, False, str(error)[-300:], 0.0)
+
+
 def try_all(models: Iterable[Mutant | Variant]) -> Iterable[Cell]:
     """Try models on every core, in order."""
     with ThreadPoolExecutor(WORKERS) as pool:
-        yield from pool.map(
-            lambda model: try_mutant(model) if isinstance(model, Mutant) else try_variant(model),
-            models,
-        )
+        yield from pool.map(_try, models)
 
 
 Trial = Callable[[Iterable[Mutant | Variant]], Iterable[Cell]]
