@@ -27,6 +27,9 @@ PREFERRED: Mapping[str, int] = {"node_id": 6, "debounce": 1}
 MARGIN_NS = 2 * MS
 """How far on the other side of a limit a stimulus is put: small beside every limit."""
 
+LINGER_NS = 100 * MS
+"""How much longer than its limit a key frame is waited for, to tell late from missing."""
+
 
 def known(bench: Bench) -> Parameters:
     """What the device is commissioned to; stories and `bench.operational` see to it."""
@@ -62,17 +65,26 @@ def report_limits(bench: Bench) -> Limits:
 
 
 def settle(bench: Bench) -> None:
-    """Wait until what the keys are now must have been reported."""
-    bench.wait(report_limits(bench).at_most_ns + MARGIN_NS)
+    """Wait until what the keys are now must have been reported, and a while longer.
+
+    So that what comes late is not taken for missing.
+    """
+    bench.wait(report_limits(bench).at_most_ns + LINGER_NS)
 
 
 def expect_keys(
     bench: Bench, names: Iterable[str], *, after: Moment | Seen, requirement: str = ""
 ) -> Seen:
-    """A key frame with exactly these keys comes when the debounce time is over."""
-    profile = bench.profile
-    matcher = matchers.key_frame(bench.node_id, mask_of(profile, names), profile.key_frame_bytes)
-    return bench.expect(matcher, after=after, within=report_limits(bench), requirement=requirement)
+    """A key frame with exactly these keys comes, and when the debounce time is over (KEY-05)."""
+    profile, limits = bench.profile, report_limits(bench)
+    mask = mask_of(profile, names)
+    matcher = matchers.key_frame(bench.node_id, mask, profile.key_frame_bytes)
+    within = limits.at_most_ns + LINGER_NS
+    seen = bench.expect(matcher, after=after, within=within, requirement=requirement)
+    measured = bench.when(seen).since(bench.when(after))
+    text = f"{matcher} after the edge"
+    bench.measure(measured, limits, text, requirement="KEY-05", since=after)
+    return seen
 
 
 def key_masks(bench: Bench, after: Moment | Seen | int) -> list[int]:

@@ -109,8 +109,8 @@ def test_twentieth_press_is_like_the_first(bench: Bench, keys: Keys) -> None:
     needs_releases(bench)
     story = KeyStory.operational(bench, PREFERRED)
     name = keys.names[1]
-    begin = keys.release()
     settle(bench)
+    begin = keys.release()
     for _ in range(20):
         keys.press(name)
         settle(bench)

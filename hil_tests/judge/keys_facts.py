@@ -122,19 +122,18 @@ class KeyTimeline:
     def sharpened(self, windows: Sequence[Window], *, late: bool, command_ns: int) -> KeyTimeline:
         """Every doubt turned against the device: its answers late, or early.
 
-        Only what is possible at all: a frame that can have been asked for in operational was,
+        For a timeline in which nothing is certainly wrong. Only what is possible at all: a frame that can have been asked for in operational was,
         and a frame that can have been asked for after an edge was.
         """
         causes, effects = (0, 1) if late else (1, 0)
         acts = sorted(when.latest for when, _ in self.edges)
         reports = []
         for wanted, mask in self.reports:
-            at = wanted[effects]
             window = window_of(wanted, windows, command_ns)
-            if window is not None:
-                last_act = acts[max(bisect_right(acts, wanted.latest) - 1, 0)]
-                at = min(at, window.closes.latest + command_ns)
-                at = max(at, window.opens.latest, min(last_act, wanted.latest))
+            assert window is not None, "a frame that is certainly outside was judged before"
+            last_act = acts[max(bisect_right(acts, wanted.latest) - 1, 0)]
+            at = min(wanted[effects], window.closes.latest + command_ns)
+            at = max(at, window.opens.latest, min(last_act, wanted.latest))
             reports.append(Report(exactly(at), mask))
         return KeyTimeline(
             [Edge(exactly(when[causes]), held) for when, held in self.edges],

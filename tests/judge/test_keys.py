@@ -1,0 +1,437 @@
+"""The key oracle on timelines made by hand: every limit from both sides, every blame."""
+
+from __future__ import annotations
+
+import pytest
+
+from hil_tests.clock import MS
+from hil_tests.judge.keys import KeyRules
+from tests.judge.key_scene import ENTRY, START, A, At, B, C, blame, judge, rules, timeline
+
+# What is right.
+
+
+def test_press_and_release_in_time_are_right() -> None:
+    """An entry frame, a press and a release, each after the debounce time."""
+    edges = [(2000, A), (3000, 0)]
+    assert blame(timeline(edges, [ENTRY, (2100, A), (3100, 0)])) == ""
+
+
+def test_nothing_happens_and_nothing_is_asked_for() -> None:
+    """A node that was never started owes no frame."""
+    scene = timeline([], [])
+    assert blame(scene) == "KEY-01"
+    alone = type(scene)(scene.edges, scene.turns[:1], [], scene.until)
+    assert blame(alone) == ""
+
+
+# The entry into operational (KEY-01).
+
+
+@pytest.mark.parametrize(
+    ("at", "found"),
+    [
+        (1000.1, ""),
+        (1050, ""),
+        (1050.1, "KEY-01"),
+        ((1049, 1051), "?KEY-01"),
+        (1200, "KEY-01"),
+    ],
+)
+def test_entry_frame_comes_in_time(at: At, found: str) -> None:
+    """The entry frame is asked for within 50 ms of the command."""
+    assert blame(timeline([], [(at, 0)])) == found
+
+
+def test_late_entry_frame_is_measured() -> None:
+    """A verdict on a late entry frame tells how late; on a missing one it cannot."""
+    (late,) = judge(timeline([], [(1060, 0)]))
+    assert late.measured is not None
+    assert late.measured.latest == 60 * MS
+    (missing,) = judge(timeline([], []))
+    assert missing.measured is None
+
+
+def test_frame_of_a_later_window_is_no_late_entry_frame() -> None:
+    """The frame of the second entry does not stand for the one that the first lacks."""
+    turns = [(1500, False), (2000, True)]
+    (missing,) = judge(timeline([], [(2001, 0)], turns))
+    assert (missing.requirement, missing.measured) == ("KEY-01", None)
+
+
+def test_short_window_owes_no_entry_frame() -> None:
+    """A node that left operational before the limit need not have spoken."""
+    assert blame(timeline([], [], [(1049, False)])) == ""
+    assert blame(timeline([], [], [(1051, False)])) == "KEY-01"
+
+
+def test_entry_frame_is_not_missing_before_its_time_is_over() -> None:
+    """What was not yet due when the recording ended is not missing."""
+    assert blame(timeline([], [], until=1049)) == ""
+
+
+@pytest.mark.parametrize(("again", "found"), [(1002, "KEY-01"), (1051, "KEY-06")])
+def test_entry_frame_sent_twice(again: float, found: str) -> None:
+    """The same frame twice on entry is a doubled entry frame, later a doubled report."""
+    assert blame(timeline([], [ENTRY, (again, 0)])) == found
+
+
+def test_entry_frame_shows_keys_settled_before() -> None:
+    """A key held since before the node left operational is in the next entry frame."""
+    edges = [(1200, A)]
+    turns = [(2000, False), (3000, True)]
+    first = [ENTRY, (1300, A)]
+    assert blame(timeline(edges, [*first, (3001, A)], turns)) == ""
+    assert blame(timeline(edges, [*first, (3001, 0)], turns)) == "KEY-01"
+
+
+def test_second_entry_frame_that_is_past_is_made_up() -> None:
+    """After the entry frame no states of the time outside follow (KEY-07)."""
+    edges = [(1200, A), (2200, 0)]
+    turns = [(2000, False), (3000, True)]
+    reports = [ENTRY, (1300, A), (3001, 0), (3002, B), (3003, 0)]
+    assert blame(timeline(edges, reports, turns)) == "KEY-03"
+    edges = [(1200, A), (1400, A | B), (1600, A)]
+    reports = [ENTRY, (1300, A), (1500, A | B), (1700, A), (3001, A), (3002, A | B), (3003, A)]
+    assert blame(timeline(edges, reports, turns)) == "KEY-07"
+
+
+# The bits (KEY-03).
+
+
+def test_bit_of_a_key_that_never_moved() -> None:
+    """A press of one key shown as another is a wrong bit."""
+    assert blame(timeline([(2000, A)], [ENTRY, (2100, B)])) == "KEY-03"
+
+
+def test_bit_that_belongs_to_no_key() -> None:
+    """A bit without a key is always wrong; what else the frame says is looked at too."""
+    found = judge(timeline([(2000, A)], [ENTRY, (2100, A | 4)]))
+    assert [verdict.requirement for verdict in found] == ["KEY-03"]
+
+
+def test_state_that_the_keys_never_had_at_one_time() -> None:
+    """Two keys that were never held together are not shown together, though each was held."""
+    quick = rules(0)
+    edges = [(2000, A), (2030, 0), (2045, B)]
+    reports = [ENTRY, (2000, A), (2030, 0), (2046, A | B), (2047, B)]
+    found = judge(timeline(edges, reports), quick)
+    assert "at one time" in found[0].text
+
+
+# The debounce time (KEY-04, KEY-05).
+
+
+@pytest.mark.parametrize(
+    ("at", "found"),
+    [
+        (2089.9, "KEY-05"),
+        (2090, ""),
+        ((2089.5, 2090.5), "?KEY-05"),
+        (2110, ""),
+        (2130, ""),
+        ((2129.5, 2130.5), "?KEY-05"),
+        (2130.1, "KEY-05"),
+    ],
+)
+def test_press_is_reported_neither_early_nor_late(at: At, found: str) -> None:
+    """The frame of a press at 2 s is asked for between 2.09 and 2.13 s."""
+    assert blame(timeline([(2000, A)], [ENTRY, (at, A)])) == found
+
+
+@pytest.mark.parametrize(("at", "found"), [(3089.9, "KEY-05"), (3090, ""), (3130.1, "KEY-05")])
+def test_release_is_reported_neither_early_nor_late(at: float, found: str) -> None:
+    """The same holds for a release."""
+    edges = [(2000, A), (3000, 0)]
+    assert blame(timeline(edges, [ENTRY, (2100, A), (at, 0)])) == found
+
+
+def test_doubt_of_the_stimulus_widens_the_limits() -> None:
+    """A press somewhere between 2.00 and 2.02 s may be reported from 2.09 to 2.15 s."""
+    edges: list[tuple[At, int]] = [((2000, 2020), A)]
+    assert blame(timeline(edges, [ENTRY, (2085, A)])) == "KEY-05"
+    assert blame(timeline(edges, [ENTRY, (2095, A)])) == "?KEY-05"
+    assert blame(timeline(edges, [ENTRY, (2125, A)])) == ""
+    assert blame(timeline(edges, [ENTRY, (2145, A)])) == "?KEY-05"
+    assert blame(timeline(edges, [ENTRY, (2155, A)])) == "KEY-05"
+
+
+def test_early_and_late_verdicts_are_measured() -> None:
+    """They say after which time the frame came, and what is allowed."""
+    (early,) = judge(timeline([(2000, A)], [ENTRY, (2050, A)]))
+    assert (early.measured, early.at) == ((50 * MS, 50 * MS), 2050 * MS)
+    (late,) = judge(timeline([(2000, A)], [ENTRY, (2150, A)]))
+    assert late.measured == (150 * MS, 150 * MS)
+    assert late.limits is not None
+    assert late.limits.at_most_ns == 130 * MS
+
+
+@pytest.mark.parametrize(
+    ("span", "seen", "found"),
+    [
+        (89.9, False, ""),
+        (89.9, True, "KEY-04"),
+        (90, True, ""),
+        (90, False, ""),
+        (110, False, ""),
+        (110.1, False, "KEY-06"),
+        (110.1, True, ""),
+    ],
+)
+def test_pulse_near_the_debounce_time(span: float, seen: bool, found: str) -> None:
+    """Below 90 ms a press never counts, above 110 ms it always does, between it may."""
+    reports = [(2100, A), (2000 + span + 100, 0)] if seen else []
+    assert blame(timeline([(2000, A), (2000 + span, 0)], [ENTRY, *reports])) == found
+
+
+def test_pulse_of_uncertain_length() -> None:
+    """A press that lasted 80 to 100 ms may have counted; whether it may is in doubt."""
+    edges: list[tuple[At, int]] = [(2000, A), ((2080, 2100), 0)]
+    assert blame(timeline(edges, [ENTRY])) == ""
+    assert blame(timeline(edges, [ENTRY, (2095, A), (2200, 0)])) in {"", "?KEY-04"}
+
+
+def test_short_pulses_do_not_add_up() -> None:
+    """Three presses of 50 ms with pauses of 12 ms are no press; the pauses must be seen."""
+    edges = [(2000, A), (2050, 0), (2062, A), (2112, 0), (2124, A), (2174, 0)]
+    assert blame(timeline(edges, [ENTRY])) == ""
+    assert blame(timeline(edges, [ENTRY, (2162, A), (2280, 0)])) == "KEY-04"
+
+
+def test_pause_shorter_than_a_scan_may_be_missed() -> None:
+    """A keypad that reads its keys every 10 ms may take two presses for one long one."""
+    edges = [(2000, A), (2050, 0), (2059, A), (2120, 0)]
+    assert blame(timeline(edges, [ENTRY, (2100, A), (2220, 0)])) == ""
+    assert blame(timeline(edges, [ENTRY])) == ""
+    assert blame(timeline(edges, [ENTRY, (2085, A), (2220, 0)])) == "KEY-05"
+
+
+def test_bounce_may_hide_where_the_time_began() -> None:
+    """A keypad that missed a bounce may report while the bounce lasts."""
+    edges = [(2000, A), (2089, 0), (2095, A)]
+    assert blame(timeline(edges, [ENTRY, (2091, A)])) == ""
+
+
+def test_without_debounce_time_a_report_may_come_at_once() -> None:
+    """Debounce 0: from the edge on, pulses shorter than a scan perhaps, others surely."""
+    quick = rules(0)
+    assert blame(timeline([(2000, A)], [ENTRY, (2000, A)]), quick) == ""
+    assert blame(timeline([(2000, A)], [ENTRY, (2030, A)]), quick) == ""
+    assert blame(timeline([(2000, A)], [ENTRY, (2031, A)]), quick) == "KEY-05"
+    assert blame(timeline([(2000, A), (2009, 0)], [ENTRY]), quick) == ""
+    assert blame(timeline([(2000, A), (2011, 0)], [ENTRY]), quick) == "KEY-06"
+    assert blame(timeline([(2000, A)], [ENTRY, (1999, A)]), quick) == "KEY-03"
+
+
+def test_report_on_the_wire_when_the_edge_comes_was_not_caused_by_it() -> None:
+    """A frame that shows the state from before an edge may be asked for until that counts."""
+    edges = [(2000, A), (2095, A | B)]
+    assert blame(timeline(edges, [ENTRY, ((2090, 2120), A), (2195, A | B)])) == ""
+
+
+# Nothing lost, nothing twice, nothing out of order (KEY-06, KEY-20).
+
+
+@pytest.mark.parametrize("missing", [1, 3])
+def test_lost_press_is_missed(missing: int) -> None:
+    """Each press that certainly counts must be shown."""
+    edges = [(2000, A), (3000, 0), (4000, A), (5000, 0)]
+    reports = [ENTRY, (2100, A), (3100, 0), (4100, A), (5100, 0)]
+    del reports[missing]
+    assert blame(timeline(edges, reports)) == "KEY-06"
+
+
+def test_releases_that_are_never_shown_are_silent() -> None:
+    """Where no release at all is shown, that they are is missing (KEY-20); else one is lost."""
+    edges = [(2000, A), (3000, 0), (4000, B), (5000, 0)]
+    silent = [ENTRY, (2100, A), (4100, B)]
+    assert blame(timeline(edges, silent)) == "KEY-20"
+    edges = [(2000, A), (3000, 0), (4000, A), (5000, 0)]
+    assert blame(timeline(edges, [ENTRY, (2100, A), (3100, 0), (4100, A)])) == "KEY-06"
+
+
+def test_board_that_reports_presses_only() -> None:
+    """With the profile's word releases may be silent; presses may not, and may look alike."""
+    edges = [(2000, A), (3000, 0), (4000, A), (5000, 0)]
+    presses = rules(releases=False)
+    assert blame(timeline(edges, [ENTRY, (2100, A), (4100, A)]), presses) == ""
+    assert blame(timeline(edges, [ENTRY, (2100, A)]), presses) == "KEY-06"
+
+
+def test_change_that_is_soon_undone_must_still_be_shown() -> None:
+    """Two sure changes in a row bring two frames, also where the second one comes at once."""
+    quick = rules(0)
+    edges = [(2000, A), (2012, 0)]
+    assert blame(timeline(edges, [ENTRY, (2018, A), (2030, 0)]), quick) == ""
+    assert blame(timeline(edges, [ENTRY, (2030, 0)]), quick) == "KEY-06"
+
+
+def test_frames_out_of_order() -> None:
+    """The later state first leaves the node at an old one."""
+    assert blame(timeline([(2000, A | B)], [ENTRY, (2100, A | B), (2100, A)])) == "KEY-06"
+
+
+def test_stale_frame_is_wrong() -> None:
+    """Once a release must have counted no frame shows the key pressed."""
+    edges = [(2000, A), (3000, 0), (3050, B)]
+    reports = [ENTRY, (2100, A), (3100, 0), (3150, A | B)]
+    assert blame(timeline(edges, reports)) == "KEY-06"
+
+
+def test_last_frame_must_show_the_state() -> None:
+    """A change that may have counted long ago must be right once it is sure."""
+    edges = [(2000, A), (2100, 0), (2112, A)]
+    assert blame(timeline(edges, [ENTRY, (2100, A), (2201, 0), (2212, A)])) == ""
+    assert blame(timeline(edges, [ENTRY, (2100, A), (2201, 0)])) == "KEY-06"
+
+
+def test_release_that_may_have_counted_is_taken_back() -> None:
+    """A release of 100 ms may be shown; then the press after it must be shown as well."""
+    edges = [(2000, A), (2500, 0), (2600, A)]
+    first = [ENTRY, (2100, A)]
+    assert blame(timeline(edges, first)) == ""
+    assert blame(timeline(edges, [*first, (2600, 0), (2700, A)])) == ""
+    assert blame(timeline(edges, [*first, (2600, 0)])) == "KEY-06"
+
+
+def test_only_frame_of_uncertain_time_shows_another_state() -> None:
+    """Whenever the one frame was asked for, it does not show the key that is held."""
+    assert blame(timeline([], [((1001, 1300), 0)], held=A)) == "KEY-22"
+
+
+def test_change_is_not_lost_before_its_time_is_over() -> None:
+    """What was not yet due when the recording ended, or when the node left, is not lost."""
+    assert blame(timeline([(2000, A)], [ENTRY], until=2129)) == ""
+    assert blame(timeline([(2000, A)], [ENTRY], until=2131)) == "KEY-06"
+    assert blame(timeline([(2000, A)], [ENTRY], [(2129, False)])) == ""
+    assert blame(timeline([(2000, A)], [ENTRY], [(2131, False)])) == "KEY-06"
+
+
+def test_doubt_over_which_frame_was_last() -> None:
+    """A frame that may have been asked for just after the limit leaves a doubt."""
+    assert blame(timeline([(2000, A)], [ENTRY, ((2125, 2140), A)])) == "?KEY-05"
+
+
+def test_keys_that_mature_together_in_one_frame_or_several() -> None:
+    """Both are right, in any order of the keys (KEY-23)."""
+    edges = [(2000, A | B | C)]
+    for first in ([], [(2100, A)], [(2100, C), (2100.2, B | C)]):
+        assert blame(timeline(edges, [ENTRY, *first, (2100.4, A | B | C)])) == ""
+    assert blame(timeline(edges, [ENTRY, (2100, A)])) == "KEY-06"
+
+
+def test_key_is_timed_by_itself() -> None:
+    """A second key neither hastens nor delays the first one."""
+    edges = [(2000, A), (2060, A | B)]
+    assert blame(timeline(edges, [ENTRY, (2100, A), (2160, A | B)])) == ""
+    assert blame(timeline(edges, [ENTRY, (2160, A | B)])) == "KEY-05"
+    assert blame(timeline(edges, [ENTRY, (2100, A | B)])) == "KEY-05"
+
+
+# Outside operational (KEY-07, KEY-21, KEY-22).
+
+
+@pytest.mark.parametrize(("at", "found"), [(2049, ""), (2051, "KEY-07"), ((2040, 2060), "")])
+def test_frame_after_the_node_left(at: At, found: str) -> None:
+    """Until 50 ms after the command "stop" a change may still be shown, then no more."""
+    assert blame(timeline([(1945, A)], [ENTRY, (at, A)], [(2000, False)])) == found
+
+
+@pytest.mark.parametrize(("at", "found"), [(999, "KEY-07"), (1000, "")])
+def test_frame_before_the_start(at: float, found: str) -> None:
+    """Before the command "start" has ended no key frame is asked for."""
+    assert blame(timeline([], [(at, 0), (1002, 0)][: 2 if found else 1])) == found
+
+
+def test_frame_on_leaving_is_no_report() -> None:
+    """The same frame again when operational is left does not belong there."""
+    assert blame(timeline([], [ENTRY, (2001, 0)], [(2000, False)])) == "KEY-07"
+
+
+def test_start_again_may_repeat_the_state() -> None:
+    """A start command while operational may bring the state again (KEY-21)."""
+    for at, found in ((2040, ""), (2060, "KEY-06")):
+        assert blame(timeline([], [ENTRY, (at, 0)], [(2000, True)])) == found
+
+
+def test_entry_frames_may_look_alike() -> None:
+    """Each entry has its frame, whatever the one before showed; also when they come quickly."""
+    turns = [(1060, False), (1070, True)]
+    assert blame(timeline([], [ENTRY, (1080, 0)], turns)) == ""
+    assert blame(timeline([], [ENTRY, (1069, 0), (1080, 0)], turns)) == "KEY-07"
+
+
+@pytest.mark.parametrize("shown_at", [1001, 1100, 1150])
+def test_key_held_at_power_up_counts_soon_after_entry(shown_at: float) -> None:
+    """At once, or after the debounce time from entry: all are right (KEY-22)."""
+    reports = [(1001, 0), (shown_at, A)][1 if shown_at == 1001 else 0 :]
+    assert blame(timeline([], reports, held=A)) == ""
+
+
+def test_key_held_at_power_up_must_be_shown() -> None:
+    """By the debounce time after entry it must be shown."""
+    assert blame(timeline([], [ENTRY], held=A)) == "KEY-22"
+    assert blame(timeline([], [ENTRY, (1300, A)], held=A)) == "KEY-05"
+
+
+def test_key_pressed_just_before_entry() -> None:
+    """It counts at once on entry, after the debounce time from the edge, or from entry."""
+    edges = [(980, A)]
+    for reports in ([(1001, A)], [ENTRY, (1080, A)], [ENTRY, (1150, A)]):
+        assert blame(timeline(edges, reports)) == ""
+    assert blame(timeline(edges, [ENTRY, (1181, A)])) == "KEY-05"
+
+
+def test_short_press_before_entry_leaves_no_trace() -> None:
+    """A press too short to count, over long before the entry, is not in the entry frame."""
+    edges = [(500, A), (580, 0)]
+    assert blame(timeline(edges, [(1001, 0)])) == ""
+    assert blame(timeline(edges, [(1001, A), (1101, 0)])) == "KEY-01"
+
+
+def test_key_that_moves_while_the_node_starts() -> None:
+    """What is held until the initialisation is over may count at once."""
+    edges = [(90, A), (950, 0)]
+    assert blame(timeline(edges, [(1001, A), (1050, 0)])) == ""
+
+
+def test_node_need_not_look_at_its_keys_outside_operational() -> None:
+    """A press under way when operational was left may last, to the node, until the entry."""
+    edges = [(1950, A), (2040, 0)]
+    turns = [(2000, False), (3000, True)]
+    assert blame(timeline(edges, [ENTRY, (3001, 0)], turns)) == ""
+    assert blame(timeline(edges, [ENTRY, (3001, A), (3100, 0)], turns)) == ""
+
+
+def test_press_that_came_and_went_outside() -> None:
+    """It may be unseen: a key held before and after was then held all the time."""
+    edges = [(1200, A), (2200, 0), (2600, A)]
+    turns = [(2000, False), (3000, True)]
+    first = [ENTRY, (1300, A)]
+    assert blame(timeline(edges, [*first, (3001, A)], turns)) == ""
+    assert blame(timeline(edges, [*first, (3001, 0), (3100, A)], turns)) == ""
+
+
+def test_reset_forgets_the_keys() -> None:
+    """After a reset a held key counts at once on entry, or the debounce time later."""
+    scene = timeline([(1200, A)], [ENTRY, (1300, A), (3001, 0), (3100, A)], [(3000, True)])
+    reset = scene.turns[0]._replace(when=scene.turns[0].when.shifted(2000 * MS))
+    reset = reset._replace(ready_at=2100 * MS)
+    turns = [*scene.turns[:2], reset, scene.turns[2]]
+    again = type(scene)(scene.edges, turns, scene.reports, scene.until)
+    assert blame(again) == ""
+
+
+def test_verdicts_come_in_order_of_time() -> None:
+    """The first of several faults stands first."""
+    edges = [(2000, A), (3000, 0), (4000, A), (5000, 0)]
+    found = judge(timeline(edges, [ENTRY, (2050, A), (3050, 0), (4050, A), (5050, 0)]))
+    assert [verdict.at for verdict in found] == sorted(v.at or 0 for v in found)
+    assert len(found) == 4
+
+
+def test_rules_of_a_keypad_without_filtering() -> None:
+    """With debounce 0 nothing can be too early."""
+    assert KeyRules({}, 0, 10, 20, 50).soonest_ns == 0
+    assert rules().surely_ns == 110 * MS
+    assert START
