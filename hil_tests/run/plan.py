@@ -86,8 +86,8 @@ def make_plan(settings: Settings) -> Plan:
     bench, profile = _files(settings)
     channel = settings["can_iface"] or (bench.bus.channel if bench else None)
     interface = settings["can_interface"] or (bench.bus.interface if bench else None)
-    device, why = _who(settings, channel, interface)
-    _check(settings, bench, profile, device, channel)
+    device, why = _who(settings, bench, channel, interface)
+    _check(settings, bench, profile, device, channel, interface)
     real = device != VIRTUAL
     return Plan(
         device=device,
@@ -134,7 +134,9 @@ def _profile_name(settings: Settings, bench: BenchFile | None) -> str:
     return str(settings["can_profile"])
 
 
-def _who(settings: Settings, channel: str | None, interface: str | None) -> tuple[str, str]:
+def _who(
+    settings: Settings, bench: BenchFile | None, channel: str | None, interface: str | None
+) -> tuple[str, str]:
     chosen = settings["can_device"]
     if not channel:
         # A model in virtual time in place of the user's device would be a false PASS.
@@ -152,6 +154,8 @@ def _who(settings: Settings, channel: str | None, interface: str | None) -> tupl
         return VIRTUAL, "no --can-iface given"
     if chosen:
         return chosen, settings.origins["can_device"]
+    if bench is not None and bench.facilities:
+        return EXTERNAL, "the bench file says how it is worked"
     if channel.startswith(_MODEL_CHANNELS) or interface in _MODEL_INTERFACES:
         return MODEL, f"default on {channel}"
     return EXTERNAL, f"default on {channel}"
@@ -163,6 +167,7 @@ def _check(
     profile: DeviceProfile,
     device: str,
     channel: str | None,
+    interface: str | None,
 ) -> None:
     """Whatever does not go together, all at once."""
     wrong = []
@@ -170,6 +175,11 @@ def _check(
         wrong.append("--can-eds goes with the profile 'generic', which this version has not yet")
     if settings["can_report_pdf"]:
         wrong.append("--can-report-pdf: this version writes results.json and traces, no PDF yet")
+    if device == MODEL and interface == "virtual":
+        wrong.append(
+            "--can-interface virtual ends at its own process, where no model is hosted; use"
+            " udp_multicast, vcan, or virtual time (without --can-iface)"
+        )
     if settings["can_mutant"]:
         wrong += unknown_mutant(settings["can_mutant"])
     if settings["can_mutant"] and device == EXTERNAL:

@@ -10,7 +10,7 @@ import pytest
 from hil_tests.errors import BenchError
 from hil_tests.judge.verdict import DeviceFailure, InconclusiveResult
 from hil_tests.run import outcome, terminal
-from hil_tests.run.session import Told
+from hil_tests.run.session import BROKEN, Told
 from hil_tests.run.stash import claimed
 
 if TYPE_CHECKING:
@@ -126,5 +126,7 @@ def _dress(report: pytest.TestReport, found: str, text: str, error: BaseExceptio
     elif found in {outcome.FAILED, outcome.ERROR}:
         report.outcome = "failed"
         if isinstance(error, BenchError):
-            # A bench that broke needs no traceback, least of all one for each test.
-            report.longrepr = Story(text, terminal.one_line(text))  # type: ignore[assignment]
+            # A bench that broke needs no traceback; what it was stands in a section of its own.
+            short = terminal.one_line(text)
+            again = report.when == "setup" or str(error).startswith(BROKEN)
+            report.longrepr = Story(short if again else text, short)  # type: ignore[assignment]

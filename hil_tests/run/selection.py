@@ -58,7 +58,9 @@ def check_clauses(prefixes: Sequence[str], known: Mapping[str, Requirement]) -> 
     wrong = []
     for prefix in prefixes:
         if not any(name.startswith(prefix.upper()) for name in known):
-            hint = ", ".join(near(known, prefix)) or ", ".join(groups(known))
+            group = prefix.upper().partition("-")[0]
+            beside = [name for name in known if name.startswith(f"{group}-")]
+            hint = ", ".join(near(known, prefix) or beside or groups(known))
             wrong.append(f"--can-clause {prefix}: no requirement begins so; there are {hint}")
     if wrong:
         raise pytest.UsageError("\n".join(wrong))

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from hil_tests.run.plan import Plan
 
 
+BROKEN = "the bench is broken"
+
+
 @dataclass(frozen=True, slots=True)
 class Told:
     """What came of a test, for the closing sections.
@@ -96,7 +99,7 @@ class Run:
             BenchError: it is broken; with the first cause.
         """
         if self.broken is not None:
-            raise BenchError(f"the bench is broken: {self.broken}")
+            raise BenchError(f"{BROKEN}: {self.broken}")
         if self._bench is None:
             raise BenchError("the bench is not open; tests that use it run under the plugin")
         return self._bench

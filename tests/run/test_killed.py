@@ -1,0 +1,162 @@
+"""Runs that are ended from outside: what was found stays, what was moved is put back."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from hil_tests.reporting.pcapng import read_pcapng
+from hil_tests.reporting.results_reader import load_results
+from tests.drivers.peers import answer, scripted
+from tests.host.test_process import free_channel
+from tests.run.harness import PREAMBLE, Judged, command, environment, judge_apart
+from tests.run.test_broken_bench import desk
+
+pytestmark = pytest.mark.slow
+
+WAITS = """
+import os, signal
+
+def come_here():
+    with open(os.environ["HERE"], "w") as here:
+        here.write("ready")
+    signal.pause()
+
+@pytest.mark.requirement("NMT-02")
+def test_before(bench, power):
+    power.on()
+    bench.wait(1000)
+
+@pytest.mark.requirement("NMT-02")
+def test_in_the_middle(bench, power):
+    power.off()
+    come_here()
+
+@pytest.mark.requirement("NMT-02")
+def test_never_reached(bench):
+    pass
+"""
+
+
+@contextmanager
+def waiting(folder: Path, *options: str) -> Iterator[subprocess.Popen[str]]:
+    """A run that has come to the middle of its second test."""
+    here = folder / "here"
+    os.mkfifo(here)
+    (folder / "test_device.py").write_text(PREAMBLE + WAITS, "utf-8")
+    with subprocess.Popen(
+        command(folder, *options),
+        cwd=folder,
+        env=environment(HERE=str(here)),
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    ) as process:
+        try:
+            assert here.read_text() == "ready"
+            yield process
+        finally:
+            process.kill()
+
+
+def test_a_killed_run_leaves_valid_results_and_its_traces(tmp_path: Path) -> None:
+    """After SIGKILL the results hold every test that had ended, and its record."""
+    with waiting(tmp_path) as process:
+        process.kill()
+        process.wait()
+    run = tmp_path / "reports" / "latest"
+    found = load_results(run / "results.json")
+    assert not found.torn
+    assert not found.finished
+    assert [result.outcome for result in found.results] == ["passed"]
+    assert found.results[0].trace is not None
+    assert list(read_pcapng(run / found.results[0].trace))
+
+
+def test_a_killed_run_in_real_time_keeps_the_record_of_its_last_test(tmp_path: Path) -> None:
+    """Off virtual time each entry is on the disk as soon as it was seen."""
+    with scripted(tmp_path, [answer(), answer(), answer()], can=["power"]) as address:
+        options = desk(tmp_path, "killed", address)
+        with waiting(tmp_path, options) as process:
+            process.kill()
+            process.wait()
+    traces = list((tmp_path / "reports" / "latest" / "traces").iterdir())
+    middle = next(path for path in traces if "middle" in path.name)
+    assert [entry.what for entry in read_pcapng(middle)] == ["power"]  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT])
+def test_an_interrupted_run_puts_everything_back(tmp_path: Path, how: signal.Signals) -> None:
+    """Ctrl-C closes the bench, gives the supply back, keeps pytest's status, ends the results."""
+    asked: list[str] = []
+
+    def power(request: dict[str, object]) -> bytes:
+        asked.append(f"{request['do']} {request.get('on', '')}".strip())
+        return answer()(request)
+
+    replies = [answer(power=True), power, power, power, power]
+    with scripted(tmp_path, replies, can=["power"]) as address:
+        options = desk(tmp_path, "interrupted", address)
+        with waiting(tmp_path, options) as process:
+            process.send_signal(how)
+            text, _ = process.communicate(timeout=60)
+    assert process.returncode == 2, text
+    assert asked == ["power True", "power False", "power True", "bye"]
+    run = Judged(2, text, tmp_path / "reports")
+    assert run.outcomes == {"test_before": "passed"}
+    assert run.results["finished"] is True
+    assert run.results["summary"]["exit_status"] == 2
+    assert len(run.traces()) == 2
+    assert "KeyboardInterrupt" in text
+    assert "INTERNALERROR" not in text
+    assert "= nodeproof =" in text
+
+
+MODEL_DIES = """
+import os, signal
+from pathlib import Path
+
+def model():
+    task = Path(f"/proc/self/task/{os.getpid()}/children")
+    return int(task.read_text().split()[-1])
+
+@pytest.mark.requirement("NMT-02")
+def test_alive(bench, power):
+    bench.start()
+
+@pytest.mark.requirement("NMT-02")
+def test_dies(bench, power):
+    os.kill(model(), signal.SIGKILL)
+    power.off()
+
+@pytest.mark.requirement("NMT-02")
+def test_after(bench):
+    bench.start()
+"""
+
+
+def test_a_hosted_model_that_dies_in_mid_run(tmp_path: Path) -> None:
+    """Its end is told as the first cause, exit status 11; what was judged before stays."""
+    options = ["--can-interface=udp_multicast", f"--can-iface={free_channel()}"]
+    run = judge_apart(tmp_path, MODEL_DIES, *options)
+    assert run.status == 11, run.text
+    assert run.outcomes == {"test_alive": "passed", "test_dies": "error", "test_after": "error"}
+    assert "the model's process ended with status -9" in run.section("bench broken")
+    assert run.text.count("Traceback") == 0
+    assert len(run.traces()) == 2
+
+
+def test_a_model_that_does_not_start_is_told_with_its_last_words(tmp_path: Path) -> None:
+    """A multicast address that is none breaks the bench before the first test."""
+    options = ["--can-interface=udp_multicast", "--can-iface=nonsense"]
+    run = judge_apart(tmp_path, MODEL_DIES, *options)
+    assert run.status == 11
+    assert run.text.count("BENCH BROKEN: ") == 1
+    assert "nonsense" in run.section("bench broken")
+    assert "Traceback" not in run.text
