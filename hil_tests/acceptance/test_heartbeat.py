@@ -13,7 +13,7 @@ from hil_tests.acceptance.cadence import (
     some_row,
 )
 from hil_tests.acceptance.nmt_steps import QUICK, RESETS, RUNNING_STATES, enter, name_of
-from hil_tests.api import MS, Bench, Nmt, S, State, exactly, matchers
+from hil_tests.api import MS, Bench, Nmt, Power, S, State, exactly, matchers
 
 PERIODS_MS = (10, 20, 100, 256, 1000, 65535)
 """256 is 0100h: with its bytes swapped it would be 1 ms."""
@@ -100,7 +100,7 @@ def offsets_ns(bench: Bench) -> list[int]:
 def test_beat_due_after_the_command_acted_shows_it(bench: Bench) -> None:
     """Wherever in a period a command falls, beats later than its limit show the new state."""
     bench.start(QUICK)
-    beat = settle_in(bench, State.STOPPED)
+    beat = settle_in(bench, State.STOPPED, "HB-03")
     state = State.STOPPED
     for offset in offsets_ns(bench):
         state = State.OPERATIONAL if state is State.STOPPED else State.STOPPED
@@ -131,6 +131,15 @@ def test_boot_up_with_period_zero(bench: Bench, command: Nmt) -> None:
     boot = bench.expect(matchers.boot_up(bench.node_id), after=sent, within=within)
     silence_ns = 120 * S if bench.stage.virtual else 2 * S
     bench.never(matchers.heartbeat(bench.node_id), after=boot, for_ns=silence_ns)
+
+
+@pytest.mark.requirement("HB-05")
+def test_boot_up_after_power_on_with_period_zero(bench: Bench, power: Power) -> None:
+    """With heartbeat time 0 power-on still brings boot-up."""
+    bench.fresh(heartbeat_ms=0)
+    on = power.on()
+    within = bench.profile.limits.boot_up_ns
+    bench.expect(matchers.boot_up(bench.node_id), after=on, within=within)
 
 
 @pytest.mark.requirement("HB-05")
