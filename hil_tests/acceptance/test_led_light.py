@@ -8,7 +8,6 @@ from itertools import pairwise
 import pytest
 
 from hil_tests.acceptance.led_steps import (
-    MARGIN_NS,
     PREFERRED,
     blink_id,
     led_data,
@@ -17,6 +16,9 @@ from hil_tests.acceptance.led_steps import (
     steady_id,
 )
 from hil_tests.api import MS, Bench, Frame, Interval, Leds, Limits, NotRun
+
+MARGIN_NS = 5 * MS
+"""Beyond the limit, before the light is looked at."""
 
 LEAD_NS = 20 * MS
 """How long the LEDs are watched before the frame is sent."""

@@ -122,8 +122,9 @@ class KeyTimeline:
     def sharpened(self, windows: Sequence[Window], *, late: bool, command_ns: int) -> KeyTimeline:
         """Every doubt turned against the device: its answers late, or early.
 
-        For a timeline in which nothing is certainly wrong. Only what is possible at all: a frame that can have been asked for in operational was,
-        and a frame that can have been asked for after an edge was.
+        For a timeline in which nothing is certainly wrong. Only what is possible at all: a
+        frame that can have been asked for in operational was, and a frame that can have been
+        asked for after an edge was.
         """
         causes, effects = (0, 1) if late else (1, 0)
         acts = sorted(when.latest for when, _ in self.edges)
