@@ -1,11 +1,12 @@
-"""A keypad node written by an outsider, from the Italian source and the control protocol alone.
+r"""A keypad node written by an outsider, from the Italian source and the control protocol alone.
 
 It shares nothing with the bundled model: a firmware-like main loop, keys that are sampled on a
 grid of 5 ms and counted, heartbeats on a timer that the reset starts. The suite must accept it
 as it is, and must blame each of its faults (``--fault NAME``; ``--fault list`` names them).
 
     python keypad_device.py --channel vcan0 --control tcp:127.0.0.1:5555
-    python keypad_device.py --interface udp_multicast --channel 239.0.0.1 --control unix:/tmp/k
+    python keypad_device.py --interface udp_multicast --channel 239.0.0.1:43113 \
+        --control unix:/tmp/k
 
 It prints one line when it is ready, and one each time when its memory is written.
 """
@@ -174,7 +175,9 @@ class PythonCan:
         import can  # noqa: PLC0415 - SocketCAN does without
 
         self._can = can
-        self._bus = can.Bus(interface=interface, channel=channel)
+        group, _, port = channel.partition(":")
+        more: dict[str, Any] = {"port": int(port)} if port else {}
+        self._bus = can.Bus(interface=interface, channel=group, **more)
 
     def fileno(self) -> int:
         """What to select on."""
