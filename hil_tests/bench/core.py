@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from array import array
 from bisect import bisect_right
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from heapq import heappop, heappush
 from typing import TYPE_CHECKING, TypeVar
@@ -33,6 +34,9 @@ T = TypeVar("T")
 
 SEND_PATIENCE_NS = 2 * S
 """How long an own frame may wait for the bus before the bench is called broken."""
+
+_ASKED_AGAIN = 3
+"""How often the host of a model is asked, while frames come that its answer may not cover."""
 
 STALL_NS = 25 * MS
 """A wait that ends this much too late, or more, is told as a stall of the host."""
@@ -75,6 +79,12 @@ class BenchCore:
         self._earliest = array("q")
         self._calendar: list[tuple[int, int, Callable[[], object]]] = []
         self._order = 0
+        self._later: deque[Sighting | BusEvent] = deque()
+        """Read, but not yet taken into the trace."""
+        self._told_at = stage.port.now()
+        """The host of a model has told its lateness with frames of before this."""
+        self._known_until = self._told_at
+        """What was asked for before this is in the trace."""
         self._began_at = stage.port.now()
         self.watch = self._new_watch(off=False)
         self._rates = [(0, self.watch.clock.bit_ns)]
@@ -174,7 +184,7 @@ class BenchCore:
     def _close_watch(self, *, off: bool, until: int | None = None) -> None:
         """What one watch found up to `until` (None = now) is kept; another begins."""
         self.settle()
-        end = self.now() if until is None else until
+        end = self._known_until if until is None else until
         self._found.extend(self.watch.finish(end, self.lateness))
         self.watch = self._new_watch(off=off)
         self._rates.append((len(self.trace), self.watch.clock.bit_ns))
@@ -199,6 +209,8 @@ class BenchCore:
 
     def _waiting(self) -> Iterator[Sighting | BusEvent]:
         """Everything that has happened on the bus by now and was not yet read."""
+        while self._later:
+            yield self._later.popleft()
         port = self.stage.port
         while (item := port.next(port.now())) is not None:
             yield item
@@ -243,7 +255,7 @@ class BenchCore:
 
     def wait_until(self, instant: int) -> None:
         """Let time pass until `instant`."""
-        if self.stage.virtual:
+        if self.stage.virtual and not self._later:
             self._glide(instant)
         while self.pump(instant):
             pass
@@ -259,12 +271,17 @@ class BenchCore:
                 self.take(item)
 
     def at(self, instant: int, action: Callable[[], object]) -> None:
-        """Put an action on the calendar: it is carried out at `instant`, whatever is waited for."""
+        """Put an action on the calendar: carried out at `instant`, whatever is waited for."""
         self._order += 1
         heappush(self._calendar, (instant, self._order, action))
 
-    def pump(self, until: int, also: Sequence[int] = ()) -> bool:
+    def pump(self, until: int, also: Sequence[int] = (), *, keep: bool = False) -> bool:
         """Let time pass until something happens or `until` comes.
+
+        Args:
+            until: the instant.
+            also: descriptors to wait for besides.
+            keep: what the bus says is not taken yet.
 
         Returns:
             True when something happened on the bus or on the calendar, False when `until`
@@ -273,9 +290,13 @@ class BenchCore:
         calendar = self._calendar
         planned = calendar[0][0] if calendar else FOREVER
         began_at = self.now()
-        item = self.stage.port.next(min(until, planned), also)
+        later = self._later
+        item = later.popleft() if later else self.stage.port.next(min(until, planned), also)
         if item is not None:
-            self.take(item)
+            if keep:
+                later.append(item)
+            else:
+                self.take(item)
             return True
         now = self.now()
         if planned <= until and now >= planned:
@@ -294,19 +315,38 @@ class BenchCore:
         self.take(BusEvent(EventKind.STALL, now, text))
 
     def carry_out(self, action: Action[T]) -> T:
-        """Start an action and wait for it in the loop that also reads the bus."""
+        """Start an action and wait for it in the loop that also reads the bus.
+
+        Where the answer and a frame wait together, because the suite was stopped, the answer
+        is read first and the frame left for `note`: it may be what the action led to.
+        """
         action.start(self.now())
         while not action.poll(self.now()):
-            self.pump(action.wake_at, action.descriptors)
+            while self._later:
+                self.take(self._later.popleft())
+            self.pump(action.wake_at, action.descriptors, keep=True)
         return action.result()
 
     def settle(self) -> None:
-        """Ask the host of a model how late it was, and read what it sent meanwhile."""
+        """Read what has happened, and ask the host of a model how late it was with it.
+
+        A stop between reading and judging must not look like silence of the device: known is
+        the bus up to the instant at which this began.
+        """
+        known_until = self.now()
         health = self.stage.health
-        if health is not None:
+        for _ in range(_ASKED_AGAIN if health is not None else 0):
+            count = len(self.trace)
+            told_at = self.now()
+            assert health is not None
             for due, sent in self.carry_out(health.late()):
                 self.lateness.add(due, sent)
+            self._told_at = told_at
+            self.drain()
+            if len(self.trace) == count:
+                break  # no frame came since the host told its lateness
         self.drain()
+        self._known_until = known_until
 
     # Doing.
 
@@ -355,8 +395,13 @@ class BenchCore:
         return verdict
 
     def when(self, thing: When) -> Interval:
-        """The interval of something, widened by what is known of a late host."""
+        """The interval of something, widened by the lateness of the device's host.
+
+        A host that has not yet told of the time of that frame is asked first.
+        """
         if isinstance(thing, Seen) and not thing.own:
+            if thing.at >= self._told_at and self.stage.health is not None:
+                self.settle()
             return self.lateness.widen(thing)
         return interval_of(thing)
 

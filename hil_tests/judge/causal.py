@@ -198,6 +198,10 @@ class Lateness:
     def __len__(self) -> int:
         return len(self._pairs)
 
+    def held_back(self, limit_at: int, until: int) -> bool:
+        """The host kept something back that was due by `limit_at`, and still at `until`."""
+        return any(due <= limit_at and sent >= until for due, sent in self._pairs)
+
     def widen(self, seen: Seen) -> Interval:
         """The interval of a frame's request, with the host's lateness in it."""
         earliest, latest = seen.wanted

@@ -6,7 +6,7 @@ suspicion, and gives its verdicts in `finish`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Protocol
 
 from hil_tests.clock import Interval, show_span
@@ -14,7 +14,7 @@ from hil_tests.judge.causal import Lateness, Seen
 from hil_tests.judge.cobs import ECHO, EMCY, ERROR_CONTROL, KEYS, SDO_ANSWER, SHOWN, Nmt, State
 from hil_tests.judge.expected import Expected
 from hil_tests.judge.periodic import ENOUGH
-from hil_tests.judge.suspicion import Suspicion, always_wrong
+from hil_tests.judge.suspicion import Silence, Suspicion, always_wrong
 from hil_tests.judge.timeline import States, StateTimeline
 from hil_tests.judge.verdict import Outcome, Verdict
 
@@ -148,7 +148,7 @@ class BootUp:
         self._since = Interval(0, 0)
         self._grace_ns = 0
         self._suspicions: list[Suspicion] = []
-        self._missing: list[Verdict] = []
+        self._missing: list[Silence] = []
 
     def see(self, seen: Seen) -> None:
         """Note what is wrong with a frame."""
@@ -198,9 +198,11 @@ class BootUp:
     def _overdue(self, until: int) -> None:
         """Note a boot-up that should have come by `until`."""
         limit = self._expected.boot_up_ns
-        if self._owed and self._since.latest >= 0 and until > self._since.latest + limit:
+        limit_at = self._since.latest + limit
+        if self._owed and self._since.latest >= 0 and until > limit_at:
             text = f"no boot-up within {show_span(limit)} after the reset"
-            self._missing.append(Verdict("NMT-02", Outcome.FAIL, text, at=until))
+            verdict = Verdict("NMT-02", Outcome.FAIL, text, at=until)
+            self._missing.append(Silence(verdict, limit_at, until))
             self._owed = 0
 
     def restarted(self, when: Interval, by: Nmt | None) -> None:
@@ -222,7 +224,7 @@ class BootUp:
     def finish(self, until: int, quiet_from: int, lateness: Lateness) -> Iterator[Verdict]:  # noqa: ARG002
         """See `Monitor`."""
         self._overdue(quiet_from)
-        yield from self._missing
+        yield from confirmed(self._missing, lateness)
         yield from confirmed(self._suspicions, lateness)
 
 
@@ -242,7 +244,7 @@ class Heartbeats:
         self._steady = 0
         self._started = False
         self._suspicions: list[Suspicion] = []
-        self._others: list[Verdict] = []
+        self._missing: list[Silence] = []
 
     def see(self, seen: Seen) -> None:
         """A frame with the identifier of the heartbeat: boot-up or beat."""
@@ -372,17 +374,19 @@ class Heartbeats:
             name = "HB-06" if self._first else "HB-01"
             text = f"no heartbeat for {show_span(silent)}"
             measured = Interval(silent, silent)
-            self._others.append(Verdict(name, Outcome.FAIL, text, measured, limits, last.at))
+            verdict = Verdict(name, Outcome.FAIL, text, measured, limits, last.at)
+            limit_at = last.wanted.latest + limits.at_most_ns
+            self._missing.append(Silence(verdict, limit_at, until))
 
     def finish(self, until: int, quiet_from: int, lateness: Lateness) -> Iterator[Verdict]:  # noqa: ARG002
         """See `Monitor`."""
         self._overdue(quiet_from)
         self._end_steady()
-        yield from self._others
+        yield from confirmed(self._missing, lateness)
         yield from confirmed(self._suspicions, lateness)
 
 
-def confirmed(suspicions: list[Suspicion], lateness: Lateness) -> Iterator[Verdict]:
+def confirmed(suspicions: Sequence[Suspicion | Silence], lateness: Lateness) -> Iterator[Verdict]:
     """The suspicions that stand when all is known."""
     for suspicion in suspicions:
         verdict = suspicion.confirm(lateness)

@@ -53,6 +53,25 @@ class Suspicion:
         return Verdict(self.requirement, outcome, self.text, measured, self.limits, self.seen.at)
 
 
+@dataclass(frozen=True, slots=True)
+class Silence:
+    """A frame that did not come, though it was due.
+
+    Args:
+        verdict: what that means for the device.
+        limit_at: by then it had to be asked for.
+        until: it was not seen by then.
+    """
+
+    verdict: Verdict
+    limit_at: int
+    until: int
+
+    def confirm(self, lateness: Lateness) -> Verdict | None:
+        """The verdict; None = the host kept back what was due, the frame perhaps among it."""
+        return None if lateness.held_back(self.limit_at, self.until) else self.verdict
+
+
 def always_wrong(_: Interval) -> Outcome:
     """A frame that is wrong whenever it was asked for."""
     return Outcome.FAIL

@@ -11,7 +11,15 @@ from dataclasses import replace
 
 from hil_tests.clock import FOREVER, Interval, S
 from hil_tests.judge.causal import CausalClock, Lateness, Seen
-from hil_tests.judge.cobs import COMMISSION, ERROR_CONTROL, Nmt, device_ids, long_nmt_for, nmt_for
+from hil_tests.judge.cobs import (
+    COMMISSION,
+    ERROR_CONTROL,
+    Nmt,
+    State,
+    device_ids,
+    long_nmt_for,
+    nmt_for,
+)
 from hil_tests.judge.expected import Expected
 from hil_tests.judge.monitors import AllowedFrames, BootUp, Heartbeats, Monitor
 from hil_tests.judge.timeline import ANY_STATE, States, StateTimeline
@@ -47,6 +55,8 @@ class Watch:
         self._ids = device_ids(expected.node_id)
         self.clock = CausalClock(bit_ns, self._is_device, since)
         self._allowed = AllowedFrames(expected, self.timeline)
+        if State.COMMISSIONING in states:
+            self._allowed.requested()  # perhaps, before the watch began
         self._boot = BootUp(expected)
         self._heartbeats = Heartbeats(expected, self.timeline)
         self._monitors: tuple[Monitor, ...] = (self._allowed, self._boot, self._heartbeats)

@@ -92,8 +92,11 @@ class Loop:
         return earliest(self.node.deadline(), self.job.due() if self.job else None, retry)
 
     def instant(self) -> int:
-        """The node's present, with everything due before it done: the time of a stimulus."""
-        self._until(self.clock())
+        """The node's present, with everything that came or was due before it done.
+
+        The time of a stimulus.
+        """
+        self.catch_up()
         return self._time
 
     # Stimuli: to be called with the instant of `instant`, or at a planned one.

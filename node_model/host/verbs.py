@@ -141,6 +141,7 @@ class Verbs:
 
     def _health(self, _: Request) -> Answer:
         """What was late since the last call; `more` where it did not fit one line."""
+        self._loop.instant()  # what was due by now is sent, late or not
         late = self._loop.late
         count = min(len(late), _LATE_A_LINE)
         pairs = [tuple(map(Seconds, late.popleft())) for _ in range(count)]
