@@ -5,10 +5,11 @@ for at that start. If it stands in a chain of back-to-back frames, it was asked 
 the start of the last frame of lower priority in the chain (it would have won against it)
 or, where there is none, after the chain began, and before it started itself.
 
-A device may queue its own frames first in, first out, in one queue or several; a frame may
-then have waited behind any of its own that started since, and was asked for no earlier than
-the earliest of those. What was on the wire unseen (an error frame, a loss, the time before
-the watch began) is no evidence: the chain goes on through it.
+A device may queue its own frames first in, first out, in one queue or several. Where that
+frame of lower priority is the device's own, the next one may have waited behind it, and was
+asked for no earlier than that. (Own frames of higher priority since then are no worse: they
+have the same evidence themselves.) What was on the wire unseen (an error frame, a loss, the
+time before the watch began) is no evidence: the chain goes on through it.
 On an untimed wire a frame is asked for at its stamp, within the stamp's doubt.
 """
 
@@ -85,8 +86,8 @@ class CausalClock:
         self._first: Frame | None = None
         """First frame of a chain, if it is not among `_lower` yet."""
         self._lower: list[tuple[int, int, int]] = []
-        """Of frames in the chain, orders falling from bottom to top: order, earliest start,
-        and the earliest request of the device's frames from this one up to the next."""
+        """Frames of the chain, orders falling from bottom to top: order, start, and the instant
+        after which the device asked for what follows: its own may wait behind its own."""
 
     def disturb(self, at: int) -> None:
         """Something unseen (an error frame, a loss) kept the wire busy at `at`.
@@ -147,8 +148,8 @@ class CausalClock:
     def _begin(self, first: Frame) -> None:
         """A second frame follows the first one of a chain: that becomes evidence."""
         earliest = self._chain_from
-        queued = earliest if self._from_device(first) else FOREVER
-        self._lower[:] = [(first.order, earliest + self.bit_ns, queued)]
+        start = earliest + self.bit_ns
+        self._lower[:] = [(first.order, start, earliest if self._from_device(first) else start)]
         self._first = None
 
     def _in_chain(self, frame: Frame, start: int, own: bool) -> int:
@@ -157,21 +158,11 @@ class CausalClock:
         if self._first is not None:
             self._begin(self._first)
         order = frame.order
-        queued = FOREVER
-        """Earliest request of the device's frames since the evidence."""
         while lower and lower[-1][0] <= order:
-            queued = min(queued, lower.pop()[2])
-        earliest = self._chain_from
-        if lower:
-            below, earliest, since = lower[-1]
-            queued = min(queued, since)
-            lower[-1] = (below, earliest, queued)
-        if own or not self._from_device(frame):
-            lower.append((order, start, FOREVER))
-            return earliest
-        # It may have waited behind one of the device's own.
-        earliest = min(earliest, queued)
-        lower.append((order, start, earliest))
+            lower.pop()
+        queues = not own and self._from_device(frame)
+        earliest = lower[-1][1 + queues] if lower else self._chain_from
+        lower.append((order, start, earliest if queues else start))
         return earliest
 
 

@@ -314,6 +314,19 @@ def test_a_late_host_is_held_against_the_host(due: int, sent: int, earliest: int
     assert lateness.widen(seen) == Interval(earliest, 110)
 
 
+@pytest.mark.parametrize(
+    ("due", "sent", "held"),
+    [(50, 100, True), (51, 100, False), (50, 99, False)],
+    ids=["due at the limit", "due later", "sent before"],
+)
+def test_what_the_host_kept_back_is_not_missing(due: int, sent: int, held: bool) -> None:
+    """Silence until 100 over a limit at 50 is the host's, if it sat on what was due by then."""
+    lateness = Lateness()
+    lateness.add(due, sent)
+
+    assert lateness.held_back(limit_at=50, until=100) is held
+
+
 # The truth of the world.
 
 BIT_RATES = (50_000, 125_000, 1_000_000)
