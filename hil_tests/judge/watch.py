@@ -105,6 +105,8 @@ class Watch:
             return
         when = Interval(seen.at, seen.at)
         command = nmt_for(frame, node_id)
+        if command is not None and self._commissions(when):
+            return  # there it obeys no command, and owes nothing for one
         if command is not None:
             self._beat = None
             self.timeline.command(when, command)
@@ -118,6 +120,11 @@ class Watch:
             if perhaps in _RESETS:
                 self._boot.excuse()
                 self._heartbeats.silenced(self._calm(when))
+
+    def _commissions(self, when: Interval) -> bool:
+        """It was powered up to be commissioned, whether it is there yet or not."""
+        possible = self.timeline.possible(when)
+        return State.COMMISSIONING in possible and State.PRE_OPERATIONAL not in possible
 
     def _tell(self, when: Interval, command: Nmt) -> None:
         for monitor in self._monitors:

@@ -150,3 +150,23 @@ def test_a_beat_of_a_longer_chain_of_starts() -> None:
     scene.boot(270)
     scene.beats([370, 470])
     assert scene.blamed(500) == []
+
+
+def test_a_node_in_commissioning_owes_nothing_for_a_reset() -> None:
+    """Powered up to be commissioned it obeys no NMT, so no boot-up is missed."""
+    scene = Scene(device())
+    scene.power(0, on=True, mode="commissioning")
+    scene.command(Nmt.RESET_NODE, 500)
+    assert scene.blamed(3000) == []
+
+
+def test_a_node_in_either_mode_may_obey_a_reset() -> None:
+    """Where the source leaves the mode open, a boot-up after a reset is as good as none."""
+    for boots in (True, False):
+        scene = Scene(device())
+        scene.power(0, on=True, mode="either")
+        scene.see(Frame(BEAT, b"\x00"), 50)
+        scene.command(Nmt.RESET_NODE, 60)
+        if boots:
+            scene.see(Frame(BEAT, b"\x00"), 70)
+        assert ("NMT-02" in scene.blamed(3000)) is not boots
