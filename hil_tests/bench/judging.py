@@ -113,7 +113,10 @@ class JudgingBench(BenchCore):
     # Looking.
 
     def first(self, matcher: Matcher, after: When, until: int) -> Seen | None:
-        """The first matching frame asked for after something, waiting up to `until`."""
+        """The first matching frame asked for after something and before `until`.
+
+        It waits until then, and for what a hosted device's host has kept back.
+        """
         index = self._index_after(after)
         since = interval_of(after).earliest
         while True:
@@ -123,7 +126,14 @@ class JudgingBench(BenchCore):
                 if not seen.own and seen.wanted.latest >= since and matcher.accepts(seen.frame):
                     return seen
             if not self.pump(until) and self.now() >= until:
-                return None
+                break
+        if self.stage.health is None:
+            return None
+        self.settle()
+        for seen in self.frames_seen(index):
+            if not seen.own and matcher.accepts(seen.frame) and self.when(seen).earliest <= until:
+                return seen
+        return None
 
     def _index_after(self, after: When) -> int:
         """Where in the trace frames later than something can begin."""
@@ -214,15 +224,20 @@ class JudgingBench(BenchCore):
         return Verdict(requirement, outcome, text, at=seen.at)
 
     def collect(self, matcher: Matcher, *, after: When, until: int) -> list[Seen]:
-        """The matching frames asked for after something and before `until`, as seen so far."""
+        """The matching frames asked for after something and before `until`, as seen so far.
+
+        What a hosted device's host has kept back is among them.
+        """
         since = interval_of(after).earliest
+        if until > self._known_until and self.stage.health is not None:
+            self.settle()
         return [
             seen
             for seen in self.frames_seen(self._index_after(after))
             if not seen.own
             and since <= seen.wanted.latest
-            and seen.wanted.earliest <= until
             and matcher.accepts(seen.frame)
+            and (seen.wanted.earliest <= until or self.when(seen).earliest <= until)
         ]
 
     def beats(self, matcher: Matcher, count: int, *, after: When, patience_ns: int) -> list[Seen]:
@@ -232,9 +247,6 @@ class JudgingBench(BenchCore):
         while len(found) < count:
             begin = interval_of(last).latest
             seen = self.first(matcher, last, begin + patience_ns)
-            if seen is None:
-                self.settle()  # a host that was stopped has sent it by now
-                seen = self.first(matcher, last, self.now())
             if seen is None:
                 break
             found.append(seen)

@@ -217,6 +217,35 @@ def test_row_of_a_stopped_host(bench: Bench, port: SlowPort, host: Host) -> None
     assert bench.when(beats[1]) == (200 * MS, 900 * MS)
 
 
+def test_collected_is_also_what_was_kept_back(bench: Bench, port: SlowPort, host: Host) -> None:
+    """A frame that was due before the end of the span belongs to it, one due later does not."""
+    port.beat(100 * MS)
+    port.beat(400 * MS)
+    port.beat(401 * MS)
+    host.answers_at = 402 * MS
+    host.pairs.append((200 * MS, 400 * MS))
+    bench.wait(250 * MS)
+    found = bench.collect(matchers.heartbeat(NODE), after=0, until=bench.now())
+    assert [seen.at // MS for seen in found][:2] == [100, 400]
+    port.beat(500 * MS)
+    bench.wait_until(600 * MS)
+    found = bench.collect(matchers.heartbeat(NODE), after=0, until=450 * MS)
+    assert [seen.at // MS for seen in found] == [100, 400, 401]
+
+
+def test_first_waits_for_what_was_kept_back(bench: Bench, port: SlowPort, host: Host) -> None:
+    """Due at 90 ms, sent at 300: it is the first before 100 ms; one due at 200 ms is not."""
+    port.frame(300 * MS, BOOT_UP)
+    host.answers_at = 300 * MS
+    host.pairs.append((90 * MS, 300 * MS))
+    found = bench.first(matchers.boot_up(NODE), 0, 100 * MS)
+    assert found is not None
+    port.frame(700 * MS, BOOT_UP)
+    host.answers_at = 700 * MS
+    host.pairs.append((600 * MS, 700 * MS))
+    assert bench.first(matchers.boot_up(NODE), 400 * MS, 500 * MS) is None
+
+
 def test_missing_is_said_of_what_is_known(bench: Bench, port: SlowPort, host: Host) -> None:
     """A frame that nobody sent is missing; one that the host kept back comes too late at most."""
     with pytest.raises(DeviceFailure):
