@@ -71,7 +71,8 @@ class Controller:
 Delivery = tuple[Frame, int, Controller, int]
 """A finished frame: itself, when it ended, who sent it, and when that was asked for."""
 
-Event = tuple[int, int, int, "Controller | Callable[[int], None]"]
+Event = tuple[int, int, int, "Controller | None", "Callable[[int], None] | None"]
+"""When, rank at that instant, order of planning; a controller's deadline, or a stimulus."""
 
 
 class World:
@@ -150,7 +151,7 @@ class World:
     def at(self, instant: int, action: Callable[[int], None]) -> None:
         """Put a stimulus on the calendar; it is called with its instant."""
         self._order += 1
-        heappush(self._events, (max(instant, self.now), 1, self._order, action))
+        heappush(self._events, (max(instant, self.now), 1, self._order, None, action))
 
     def jam(self) -> None:
         """An error frame destroys what is on the wire now; its sender tries again.
@@ -210,14 +211,14 @@ class World:
     def _event(self, at: int) -> None:
         """Whatever stands at the top of the calendar."""
         events = self._events
-        target = events[0][3]
-        if events[0][1]:
+        _, _, _, target, action = events[0]
+        if action is not None:
             heappop(events)
             self.now = at
-            target(at)
+            action(at)
             return
-        node = target.node
-        if target.due_at != at or node is None:
+        node = target.node if target is not None and target.due_at == at else None
+        if target is None or node is None:
             heappop(events)
             return
         self.now = at
@@ -228,7 +229,7 @@ class World:
             heappop(events)
         else:
             self._order += 1
-            heapreplace(events, (due, 0, self._order, target))
+            heapreplace(events, (due, 0, self._order, target, None))
         if frames and not (steady and self._at_once(frames, at, target)):
             self._queue(target, frames)
         if not steady:
@@ -246,7 +247,7 @@ class World:
             or self._contest
             or len(frames) != 1
             or self._idle_from > at
-            or self._audience < 2  # noqa: PLR2004  somebody has to acknowledge
+            or self._audience < 2
             or sender.rate != self.bit_rate
             or (events and events[0][0] <= at)
         ):
@@ -259,7 +260,7 @@ class World:
 
     def _push(self, at: int, controller: Controller) -> None:
         self._order += 1
-        heappush(self._events, (at, 0, self._order, controller))
+        heappush(self._events, (at, 0, self._order, controller, None))
 
     def _queue(self, controller: Controller, frames: Frames) -> None:
         """A node asks for frames to be sent."""

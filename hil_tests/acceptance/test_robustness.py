@@ -66,7 +66,7 @@ def garbage(node_id: int, count: int) -> Iterator[Frame]:
             yield Frame(can_id, remote=True, dlc=length % 9)
         elif kind % 8 == 1:
             yield Frame(can_id << 18 | kind, data, extended=True)
-        elif kind % 8 == 2 and len(data) == 8:  # noqa: PLR2004
+        elif kind % 8 == 2 and len(data) == 8:
             yield Frame(can_id, data, dlc=8 + length % 8)
         else:
             yield Frame(can_id, data)
@@ -130,7 +130,7 @@ def test_parameters_outlast_garbage(bench: Bench, power: Power) -> None:
     known = bench.parameters
     if known is None:
         raise NotRun("what the device is commissioned to is not known")
-    stranger = 15 if known.node_id != 15 else 1  # noqa: PLR2004
+    stranger = 15 if known.node_id != 15 else 1
     for command in (Nmt.PRE_OPERATIONAL, Nmt.START, Nmt.STOP):
         bench.nmt(command)
         bench.send(Frame(cobs.COMMISSION, bytes((stranger, 3, 1, 0, 0, 9))))
@@ -187,7 +187,7 @@ def test_remote_frames_are_not_answered(bench: Bench, base: int) -> None:
     beat = matchers.heartbeat(node_id)
     bench.wait(200 * MS)
 
-    asked = bench.send(Frame(base + node_id, remote=True, dlc=1 if base == 0x700 else 8))  # noqa: PLR2004
+    asked = bench.send(Frame(base + node_id, remote=True, dlc=1 if base == 0x700 else 8))
 
     bench.wait(500 * MS)
     others = [
@@ -195,7 +195,9 @@ def test_remote_frames_are_not_answered(bench: Bench, base: int) -> None:
         for seen in bench.collect(matchers.anything(), after=asked, until=bench.now())
         if not beat.accepts(seen.frame)
     ]
-    text = "nothing but heartbeats follows" + "".join(f"; {seen.frame} came" for seen in others[:1])
+    text = "nothing but heartbeats follows" + "".join(
+        f"; {seen.frame} came" for seen in others[:1]
+    )
     bench.check(not others, text, since=asked)
 
 
@@ -295,9 +297,7 @@ def test_error_frames_are_shrugged_off(bench: Bench, keys: Keys) -> None:
     for step in range(200):
         bench.needs_error_frames()
         bench.wait(17 * MS + step * 13_000)
-    alive = bench.first(
-        matchers.heartbeat(bench.node_id), bench.now(), bench.now() + 150 * MS
-    )
+    alive = bench.first(matchers.heartbeat(bench.node_id), bench.now(), bench.now() + 150 * MS)
     beats = bench.collect(matchers.heartbeat(bench.node_id), after=start, until=bench.now())
     what = f"it went on, {len(beats)} heartbeats in between" if alive else "it fell silent"
     bench.characteristic("ROB-04", f"after 200 error frames {what}")

@@ -82,7 +82,7 @@ def survey(beats: Sequence[Interval], each: Limits, mean: Limits) -> Periodic:
     return Periodic(count, conclusive, failed, worst, middle, outcome)
 
 
-def judge_periodic(  # noqa: PLR0913  each is a term of the clause
+def judge_periodic(
     name: str,
     beats: Sequence[Interval],
     each: Limits,

@@ -44,9 +44,7 @@ class Parameters:
     def encode(self) -> bytes:
         """The six bytes: id, code, heartbeat big-endian, sync time, debounce."""
         heartbeat = self.heartbeat_ms.to_bytes(2, "big")
-        return bytes(
-            (self.node_id, self.bit_rate_code, *heartbeat, self.sync_time, self.debounce)
-        )
+        return bytes((self.node_id, self.bit_rate_code, *heartbeat, self.sync_time, self.debounce))
 
     @classmethod
     def decode(cls, data: bytes) -> Parameters | None:

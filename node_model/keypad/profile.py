@@ -19,7 +19,7 @@ _UNITS = {"ns": 1, "us": US, "ms": MS, "s": S}
 
 
 def _span(text: str) -> int:
-    """ "500 ms" as ns; a whole number and a unit."""
+    """A span like "500 ms" in ns; a whole number and a unit."""
     number, unit = text.split()
     return int(number) * _UNITS[unit]
 
@@ -38,7 +38,7 @@ class Profile:
     steady_wins: bool = True
     blink_on_ns: int = 500 * MS
     blink_off_ns: int = 500 * MS
-    factory: Parameters = Parameters()
+    factory: Parameters = field(default_factory=Parameters)
 
     @property
     def led_mask(self) -> int:

@@ -50,9 +50,7 @@ def results_of(name: str, *options: str) -> list[dict[str, Any]]:
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"]
         command += [f"--can-reports={folder}", f"--can-mutant={name}", *options]
-        done = subprocess.run(  # noqa: S603  our own interpreter
-            command, cwd=ROOT, capture_output=True, text=True, check=False
-        )
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
         found = list(Path(folder).glob("2*/results.json"))
         if not found:
             raise RuntimeError(f"{name}: no results\n{done.stdout[-2000:]}{done.stderr[-2000:]}")

@@ -1,0 +1,203 @@
+"""What is stored, what is refused, and what a power cut leaves behind.
+
+Source: keypad specification, "Inizializzazione", and readings of ours where it is silent.
+"""
+
+from __future__ import annotations
+
+import attrs
+import pytest
+
+from hil_tests.acceptance.commissioning_steps import (
+    EXAMPLE,
+    OTHER,
+    boots_as,
+    expect_period,
+    first_echo,
+)
+from hil_tests.api import (
+    ECHO_PERIOD_NS,
+    MS,
+    Bench,
+    BitRate,
+    Frame,
+    Keys,
+    Limits,
+    Nmt,
+    Parameters,
+    Power,
+    Seen,
+    cobs,
+    matchers,
+    payload,
+)
+
+
+@pytest.mark.requirement("COM-21")
+def test_only_the_first_message_counts(
+    bench: Bench, power: Power, keys: Keys, bitrate: BitRate
+) -> None:
+    """A second 4F8h changes neither the echo nor the memory."""
+    bench.fresh()
+    bench.enter_commissioning()
+    echo = first_echo(bench, bench.request(EXAMPLE), payload(EXAMPLE))
+    bench.wait(250 * MS)
+
+    second = bench.request(OTHER)
+
+    after = bench.collect(matchers.echo(), after=echo, until=second.at)[-1]
+    later = bench.beats(matchers.echo(), 5, after=second, patience_ns=3 * ECHO_PERIOD_NS)
+    same = bool(later) and all(seen.frame == after.frame for seen in later)
+    bench.check(same, "the echo stays what it was", since=second)
+    bench.wait(bench.profile.limits.store_ns)
+    bench.leave_commissioning(EXAMPLE)
+    boot = boots_as(bench, EXAMPLE, "COM-21")
+    expect_period(bench, boot, EXAMPLE, "COM-21")
+
+
+@pytest.mark.requirement("COM-22")
+@pytest.mark.parametrize("node_id", [0, 16, 17, 31, 127, 128, 255])
+def test_impossible_node_ids_are_ignored(
+    bench: Bench, power: Power, keys: Keys, bitrate: BitRate, node_id: int
+) -> None:
+    """A 4F8h with a node id outside 1..15 gets no echo; the node goes on waiting."""
+    bench.fresh()
+    bench.enter_commissioning()
+
+    request = bench.request(attrs.evolve(OTHER, node_id=node_id))
+
+    bench.never(matchers.anything(), after=request, for_ns=500 * MS)
+    first_echo(bench, bench.request(EXAMPLE), payload(EXAMPLE))
+
+
+@pytest.mark.requirement("COM-22", "COM-29")
+def test_impossible_node_id_is_not_stored(
+    bench: Bench, power: Power, keys: Keys, bitrate: BitRate
+) -> None:
+    """After a refused 4F8h the old parameters are used at the next start."""
+    before = bench.fresh(prefer={"heartbeat_ms": 100})
+    bench.enter_commissioning()
+    for node_id in (0, 16, 255):
+        bench.request(attrs.evolve(OTHER, node_id=node_id))
+    bench.wait(bench.profile.limits.store_ns)
+
+    bench.leave_commissioning(before)
+
+    boot = boots_as(bench, before, "COM-22")
+    expect_period(bench, boot, before, "COM-22")
+
+
+WRONG_FRAMES = {
+    **{f"{size}-bytes": Frame(cobs.COMMISSION, payload(OTHER)[:size]) for size in range(6)},
+    "remote-6": Frame(cobs.COMMISSION, remote=True, dlc=6),
+    "remote-8": Frame(cobs.COMMISSION, remote=True, dlc=8),
+    "extended": Frame(cobs.COMMISSION, payload(OTHER), extended=True),
+    "extended-base-part": Frame(cobs.COMMISSION << 18, payload(OTHER), extended=True),
+}
+
+
+@pytest.mark.requirement("COM-24")
+@pytest.mark.parametrize("frame", WRONG_FRAMES.values(), ids=WRONG_FRAMES.keys())
+def test_malformed_messages_are_ignored(
+    bench: Bench, power: Power, keys: Keys, bitrate: BitRate, frame: Frame
+) -> None:
+    """A short, remote or extended 4F8h is ignored; the right one is still waited for."""
+    bench.fresh()
+    bench.enter_commissioning()
+
+    sent = bench.send(frame)
+
+    bench.never(matchers.anything(), after=sent, for_ns=500 * MS)
+    first_echo(bench, bench.request(EXAMPLE), payload(EXAMPLE))
+
+
+@pytest.mark.requirement("COM-24")
+@pytest.mark.parametrize("extra", ["00", "ffff"], ids=["7-bytes", "8-bytes"])
+def test_bytes_past_the_sixth_mean_nothing(
+    bench: Bench, power: Power, keys: Keys, bitrate: BitRate, extra: str
+) -> None:
+    """A longer 4F8h is taken; what stands past the sixth byte changes nothing."""
+    bench.fresh()
+    bench.enter_commissioning()
+
+    request = bench.request(payload(EXAMPLE) + bytes.fromhex(extra))
+
+    bench.expect(
+        matchers.echo(payload(EXAMPLE)),
+        after=request,
+        within=ECHO_PERIOD_NS + bench.profile.limits.echo_each_ns,
+    )
+    bench.wait(bench.profile.limits.store_ns)
+    bench.leave_commissioning(EXAMPLE)
+    boots_as(bench, EXAMPLE, "COM-24")
+
+
+FIRST = Parameters(3, 3, 100, 1, 1)
+SECOND = Parameters(12, 3, 200, 2, 2)
+"""Two sets that share the bit rate, so that either is heard, and nothing else."""
+
+CUTS_REAL = (0, 5, 20, 60, 150, 500)
+CUTS_VIRTUAL = range(0, 200, 1)
+
+
+@pytest.mark.requirement("COM-26", "COM-06")
+def test_power_cut_while_storing(bench: Bench, power: Power, keys: Keys, bitrate: BitRate) -> None:
+    """Power cut at any instant of storing leaves the old set or the new set, never a mixture."""
+    bench.fresh()
+    for cut_ms in CUTS_VIRTUAL if bench.stage.virtual else CUTS_REAL:
+        bench.commission(FIRST)
+        bench.enter_commissioning()
+        request = bench.request(SECOND)
+        bench.wait_until(request.at + cut_ms * MS)
+        bench.leave_unknown(FIRST.bit_rate)
+
+        on = power.on()
+
+        either = matchers.any_of(
+            frozenset(cobs.ERROR_CONTROL + each.node_id for each in (FIRST, SECOND)),
+            "boot-up of the old or the new node id",
+        )
+        boot = bench.expect(
+            either, after=on, within=bench.profile.limits.boot_up_ns, requirement="COM-26"
+        )
+        found = FIRST if boot.frame.can_id == cobs.ERROR_CONTROL + FIRST.node_id else SECOND
+        expect_whole_set(bench, keys, found, boot, cut_ms)
+
+
+def expect_whole_set(bench: Bench, keys: Keys, found: Parameters, boot: Seen, cut_ms: int) -> None:
+    """Heartbeat and debounce time belong to the node id that booted."""
+    each = Limits(*bench.profile.limits.heartbeat_each_ns(found.heartbeat_ns))
+    beat = matchers.heartbeat(found.node_id)
+    first = bench.expect(beat, after=boot, within=each.at_most_ns, requirement="COM-26")
+    bench.expect(beat, after=first, within=each, requirement="COM-26")
+    command = bench.nmt(Nmt.START, found.node_id)
+    bench.expect(
+        matchers.key_frame(found.node_id), after=command, within=bench.profile.limits.command_ns
+    )
+    limits = bench.profile.limits
+    pressed = keys.press(keys.names[0])
+    bench.expect(
+        matchers.key_frame(found.node_id, keys.mask),
+        after=pressed,
+        within=Limits(
+            found.debounce_ns - limits.scan_ns,
+            found.debounce_ns + limits.scan_ns + limits.key_frame_ns,
+        ),
+        requirement="COM-26",
+    )
+    whole = f"cut {cut_ms} ms after 4F8h: node {found.node_id} with its own times"
+    bench.check(fact=True, text=whole, requirement="COM-26")
+
+
+@pytest.mark.requirement("COM-29")
+def test_wait_without_message_changes_nothing(
+    bench: Bench, power: Power, keys: Keys, bitrate: BitRate
+) -> None:
+    """Power off in the wait, without a valid 4F8h, leaves the stored parameters as they were."""
+    before = bench.fresh(prefer={"heartbeat_ms": 100})
+    bench.enter_commissioning()
+
+    bench.leave_commissioning(before)
+
+    boot = boots_as(bench, before, "COM-29")
+    expect_period(bench, boot, before, "COM-29")
