@@ -6,6 +6,7 @@ from hil_tests.bench.bench import ECHO_PERIOD_NS, Bench, payload
 from hil_tests.bench.facilities import BitRate, Keys, Leds, Power
 from hil_tests.clock import MS, Interval, S, exactly, show_span
 from hil_tests.config import DeviceProfile, Parameters
+from hil_tests.errors import FrameNotCarried
 from hil_tests.judge import cobs, matchers
 from hil_tests.judge.causal import Seen
 from hil_tests.judge.cobs import Nmt, State, nmt_frame
@@ -31,6 +32,7 @@ __all__ = [
     "DeviceProfile",
     "EventKind",
     "Frame",
+    "FrameNotCarried",
     "InconclusiveResult",
     "Interval",
     "Keys",

@@ -19,6 +19,10 @@ class NotAcknowledged(BenchError):
     """A frame of ours did not get onto the bus: nobody acknowledges, or the bus is full."""
 
 
+class FrameNotCarried(BenchError):
+    """An adapter of this type has no way to send such a frame, e.g. one with a DLC above 8."""
+
+
 class ControlError(BenchError):
     """The control peer closed, stalled, lied or refused."""
 

@@ -6,6 +6,7 @@ The monitors watch every test; these put the node under what a hostile bus can b
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 
 import pytest
 
@@ -14,6 +15,7 @@ from hil_tests.api import (
     Bench,
     BitRate,
     Frame,
+    FrameNotCarried,
     Keys,
     Leds,
     Limits,
@@ -72,6 +74,13 @@ def garbage(node_id: int, count: int) -> Iterator[Frame]:
             yield Frame(can_id, data)
 
 
+def litter(bench: Bench, count: int) -> None:
+    """Send garbage, as far as the adapter has a way to send it."""
+    for frame in garbage(bench.node_id, count):
+        with suppress(FrameNotCarried):
+            bench.send(frame)
+
+
 def expect_obeys(bench: Bench, requirement: str) -> None:
     """The node still obeys NMT."""
     for command, state in ((Nmt.START, State.OPERATIONAL), (Nmt.STOP, State.STOPPED)):
@@ -97,8 +106,7 @@ def test_garbage_changes_nothing(bench: Bench, state: Nmt) -> None:
     bench.needs_exclusive()
     boot = bench.start(prefer=QUICK)
     bench.nmt(state)
-    for frame in garbage(bench.node_id, 2500 if bench.stage.virtual else 150):
-        bench.send(frame)
+    litter(bench, 2500 if bench.stage.virtual else 150)
 
     expect_obeys(bench, "ROB-01")
 
@@ -134,8 +142,7 @@ def test_parameters_outlast_garbage(bench: Bench, power: Power) -> None:
     for command in (Nmt.PRE_OPERATIONAL, Nmt.START, Nmt.STOP):
         bench.nmt(command)
         bench.send(Frame(cobs.COMMISSION, bytes((stranger, 3, 1, 0, 0, 9))))
-        for frame in garbage(bench.node_id, 100 if bench.stage.virtual else 20):
-            bench.send(frame)
+        litter(bench, 100 if bench.stage.virtual else 20)
     bench.wait(bench.profile.limits.store_ns)
 
     power.off()

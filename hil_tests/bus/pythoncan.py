@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Any
 from hil_tests.bus.lock import ChannelLock
 from hil_tests.bus.stamps import Follower, StepWatch, patience_ns
 from hil_tests.clock import MS, US, S, show_span
-from hil_tests.errors import BenchError, BusUnavailable
+from hil_tests.errors import BusUnavailable, FrameNotCarried
 from hil_tests.trace import BusEvent, EventKind, Sighting
 from node_model.frame import Frame
 
@@ -132,11 +132,12 @@ class PythonCanPort:
 
         Raises:
             BusUnavailable: the adapter refuses.
-            BenchError: a DLC above 8, which python-can cannot send.
+            FrameNotCarried: a DLC above 8, which python-can cannot send.
         """
         self._check_open()
         if frame.dlc > 8:
-            raise BenchError(f"python-can sends no DLC {frame.dlc}; use a socketcan interface")
+            text = f"python-can sends no DLC {frame.dlc}; use a socketcan interface"
+            raise FrameNotCarried(text)
         message = self._message(
             arbitration_id=frame.can_id,
             data=None if frame.remote else frame.data,
