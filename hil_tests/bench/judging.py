@@ -23,6 +23,7 @@ from hil_tests.judge.verdict import (
     Outcome,
     Verdict,
 )
+from hil_tests.trace import Moment
 from node_model.frame import Frame
 
 LOOK_ON_NS = 250 * MS
@@ -325,5 +326,18 @@ def _name(when: When) -> str:
     """What a check counts from, for people."""
     if isinstance(when, Seen):
         return str(when.frame)
-    what = getattr(when, "what", None)
-    return f"{what} {dict(when.detail)}" if what else "the instant given"  # type: ignore[union-attr]
+    return _did(when) if isinstance(when, Moment) else "the instant given"
+
+
+def _did(moment: Moment) -> str:
+    """What the bench did, in words."""
+    detail = moment.detail
+    if moment.what == "power":
+        return f"power-on ({detail.get('mode')} start)" if detail.get("on") else "power-off"
+    if moment.what == "keys":
+        held = detail.get("held")
+        names = ", ".join(map(str, held)) if isinstance(held, list) else ""
+        return f"keys held: {names}" if names else "keys released"
+    if moment.what == "bitrate":
+        return f"bit rate {detail.get('bit_rate')} bit/s"
+    return moment.what

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+NAME, IDS = 43, 38
+"""Widths of the columns; the longest entries just fit."""
+
 
 def mutant_table() -> str:
     """Every faulty and every different model, a line each."""
@@ -9,8 +12,8 @@ def mutant_table() -> str:
 
     lines = ["faulty models (--can-mutant NAME):"]
     for name, mutant in MUTANTS.items():
-        lines.append(f"  {name:36s} {', '.join(mutant.violates):16s} {mutant.text}")
+        lines.append(f"  {name:{NAME}s} {', '.join(mutant.violates):{IDS}s} {mutant.text}")
     lines.append("conforming models that are different:")
     for name, variant in VARIANTS.items():
-        lines.append(f"  {name:36s} {'':16s} {variant.text}")
+        lines.append(f"  {name:{NAME}s} {'':{IDS}s} {variant.text}")
     return "\n".join(lines)

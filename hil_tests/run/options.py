@@ -118,7 +118,11 @@ OPTIONS = (
         "int",
         default=0,
     ),
-    Option("can-budget", "real benches: time for stored scenarios, e.g. '10 min'", "TIME"),
+    Option(
+        "can-budget",
+        "real benches: time for stored scenarios (which this version has not yet)",
+        "TIME",
+    ),
     Option(
         "can-report-pdf",
         "certificate as PDF (not in this version: the run writes results.json and traces)",

@@ -66,7 +66,8 @@ def explain(error: BaseException, requirement: Requirement | None, where: str) -
     verdict = error.verdict
     lines = []
     if requirement is not None:
-        clause = f"{requirement.source}, {requirement.clause}"
+        source, clause = requirement.source, requirement.clause
+        clause = clause if clause.startswith(source) else f"{source}, {clause}"
         lines.append(f"{requirement.id} ({requirement.kind.value}; {clause})")
         lines.append(f"  requires: {requirement.text}")
     story = str(verdict).removeprefix(f"{verdict.requirement}: ")
