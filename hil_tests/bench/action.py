@@ -69,9 +69,7 @@ class KeysDriver(Protocol):
     def hold(self, held: frozenset[str]) -> Action[Interval]:
         """From now on exactly these keys are held."""
 
-    def sequence(
-        self, steps: Sequence[tuple[int, frozenset[str]]]
-    ) -> Action[Sequence[Interval]]:
+    def sequence(self, steps: Sequence[tuple[int, frozenset[str]]]) -> Action[Sequence[Interval]]:
         """Sets of held keys at spans in ns from the first; one interval a step."""
 
 

@@ -52,7 +52,7 @@ def assert_readable(run: Judged) -> None:
             ["--can-interface=virtual", "--can-iface=x"],
             ["virtual ends at its own process", "use udp_multicast"],
         ),
-        (["--can-budget=10"], ["--can-budget '10' is no time", "min"]),
+        (["--can-budget=10min"], ["--can-budget", "not yet"]),
         (["--can-eds=x.eds"], ["--can-eds goes with the profile 'generic'"]),
         (["--can-report-pdf"], ["--can-report-pdf"]),
         (
