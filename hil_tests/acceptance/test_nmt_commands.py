@@ -120,13 +120,16 @@ def malformed(command: Nmt, node_id: int) -> list[Frame]:
         Frame(0x3FFFF, data, extended=True),  # the first eleven bits are 0
         Frame(0x800, data, extended=True),  # the last eleven are
         Frame(0, remote=True, extended=True, dlc=2),
+        # Longer, and for another node: whatever such a frame means, it is not meant here.
+        Frame(0, bytes((command, node_id + 16, node_id))),
+        Frame(0, bytes((command, node_id + 16)) + data * 3),
     ]
 
 
 @pytest.mark.requirement("NMT-05")
 @pytest.mark.parametrize("command", Nmt, ids=name_of)
 def test_malformed_frames_are_not_obeyed(bench: Bench, command: Nmt) -> None:
-    """Empty, one-byte, remote and extended frames with identifier 0 change nothing."""
+    """Empty, one-byte, remote, extended and foreign long frames with identifier 0 do nothing."""
     bench.needs_exclusive()
     boot = bench.start(QUICK)
     state = State.STOPPED if command is Nmt.START else State.OPERATIONAL
