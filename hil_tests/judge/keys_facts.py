@@ -124,10 +124,10 @@ class KeyTimeline:
 
         For a timeline in which nothing is certainly wrong. Only what is possible at all: a
         frame that can have been asked for in operational was, and a frame that can have been
-        asked for after an edge was.
+        asked for after an edge or a command was.
         """
         causes, effects = (0, 1) if late else (1, 0)
-        acts = sorted(when.latest for when, _ in self.edges)
+        acts = sorted(act[0].latest for act in (*self.edges, *self.turns))
         reports = []
         for wanted, mask in self.reports:
             window = window_of(wanted, windows, command_ns)
