@@ -16,8 +16,9 @@ import pytest
 
 from hil_tests.bench.conformance import Finding, check_server, check_stage, main, wrong
 from hil_tests.bench.virtual import VirtualPort, VirtualStage
-from hil_tests.clock import MS
+from hil_tests.clock import MS, S
 from hil_tests.config import load_profile
+from hil_tests.trace import Sighting
 from node_model import faults, keypad
 from node_model.frame import Frame
 from tests.host.test_process import free_channel, hosted
@@ -84,7 +85,7 @@ class Foreign(Twice):
     def next(self, until: int, also: Any = ()) -> Any:
         """Each frame an hour earlier."""
         item = VirtualPort.next(self, until, also)
-        return item and item._replace(at=item.at - 3_600_000_000_000)
+        return item._replace(at=item.at - 3600 * S) if isinstance(item, Sighting) else item
 
 
 class Hasty(Twice):

@@ -1,0 +1,280 @@
+"""Bringing the device where a test starts from, within what the user allows; and back home."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import attrs
+import pytest
+
+from hil_tests.bench.bench import Bench, payload
+from hil_tests.bench.virtual import VirtualStage
+from hil_tests.clock import MS, S
+from hil_tests.config import Parameters
+from hil_tests.errors import BenchError
+from hil_tests.judge.cobs import Nmt
+from hil_tests.judge.verdict import DeviceFailure, NotRun
+from node_model import faults, keypad
+from node_model.frame import Frame
+from tests.bench.fakes import HOME, PROFILE, FakePort, FakeStage, bench_of
+
+OTHER = attrs.evolve(HOME, node_id=7, heartbeat_ms=500)
+
+
+class Device(FakePort):
+    """A port with a device that echoes its parameters and boots; or does not."""
+
+    def __init__(self, *, echoes: bool = True) -> None:
+        super().__init__()
+        self.echoes = echoes
+
+    def send(self, frame: Frame) -> None:
+        """Answer 4F8h with 3F8h, reset node with a boot-up."""
+        super().send(frame)
+        if frame.can_id == 0x4F8 and self.echoes:
+            self.plays(Frame(0x3F8, frame.data), self.at + 100 * MS)
+        if frame.can_id == 0 and frame.data[0] == Nmt.RESET_NODE:
+            self.plays(Frame(0x700 + frame.data[1], b"\x00"), self.at + 10 * MS)
+
+
+def test_the_payload_is_the_six_bytes_of_the_source() -> None:
+    """Node id, code, heartbeat big-endian, sync time, debounce."""
+    assert payload(Parameters(5, 2, 1000, 0, 3)) == bytes.fromhex("050203E80003")
+
+
+def test_fresh_is_without_power_and_without_keys() -> None:
+    """Keys are let go, the supply is switched off; nothing is commissioned needlessly."""
+    bench, stage = bench_of()
+    bench.begin()
+    assert bench.keys is not None
+    bench.keys.hold("k3")
+    assert bench.fresh() == HOME
+    assert stage.asked == ["keys k3", "keys -", "power off"]
+
+
+def test_what_is_not_needed_is_not_preferred_where_it_is_not_allowed() -> None:
+    """A preference costs nothing: without the permission to write the test runs as it is."""
+    bench, stage = bench_of(writes_allowed=False)
+    bench.begin()
+    assert bench.fresh({"heartbeat_ms": 100}) == HOME
+    assert stage.port.sent == []
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        ({"writes_allowed": False}, "allow it with --can-allow-writes"),
+        ({"without": ["power"]}, "bench 'desk' has no power to commission with"),
+        ({"without": ["power", "keys"]}, "has no power and no keys to commission with"),
+        ({"without": ["keys"], "writes_allowed": False}, "has no keys"),
+    ],
+)
+def test_why_a_bench_does_not_commission(options: dict[str, Any], reason: str) -> None:
+    """The reason says what the test needs, and what to allow or to add; nothing was sent."""
+    bench, stage = bench_of(**options)
+    bench.begin()
+    with pytest.raises(NotRun, match="the test needs debounce 5: ") as caught:
+        bench.fresh(debounce=5)
+    assert reason in str(caught.value)
+    with pytest.raises(NotRun, match="commissioning"):
+        bench.enter_commissioning()
+    assert stage.port.sent == []
+
+
+def test_what_is_not_known_must_be_commissioned_first() -> None:
+    """Without [device] parameters a test that needs them is not run, and says why."""
+    bench, _ = bench_of(parameters=None, writes_allowed=False)
+    bench.begin()
+    with pytest.raises(NotRun, match="what the device is commissioned to is not known"):
+        bench.fresh()
+
+
+def test_commissioning_is_the_whole_procedure() -> None:
+    """Off, keys, 125 kbit/s, on, request, echo, time to store, off, keys released, bit rate."""
+    port = Device()
+    bench, stage = bench_of(port)
+    bench.begin()
+    bench.commission(OTHER)
+    assert stage.asked == [
+        "power off",
+        "keys aut on_off",
+        "bitrate 125000",
+        "power on",
+        "power off",
+        "keys -",
+        "bitrate 250000",
+    ]
+    assert port.sent == [Frame(0x4F8, payload(OTHER))]
+    assert bench.parameters == OTHER
+
+
+def test_a_device_that_does_not_echo_leaves_its_parameters_unknown() -> None:
+    """After a failed commissioning nothing is assumed, and the next test commissions again."""
+    port = Device(echoes=False)
+    bench, _ = bench_of(port)
+    bench.begin()
+    with pytest.raises(DeviceFailure):
+        bench.fresh(node_id=7)
+    assert bench.parameters is None
+    port.echoes = True
+    bench.begin()
+    assert bench.fresh() == HOME
+    assert port.sent[-1] == Frame(0x4F8, payload(HOME))
+
+
+def test_going_home_restores_and_reads_back() -> None:
+    """What a test has changed is commissioned back, and seen in the boot-up."""
+    port = Device()
+    bench, stage = bench_of(port)
+    bench.begin()
+    bench.commission(OTHER)
+    stage.asked.clear()
+    port.sent.clear()
+    bench.begin()
+
+    def boots() -> None:
+        port.plays("701#00", port.at + 5 * MS)
+
+    power = bench.power
+    assert power is not None
+    switch = stage.switch
+
+    def switched(on: bool) -> object:
+        action = switch(on)
+        if on and len(port.sent) == 1:
+            boots()
+        return action
+
+    stage.switch = switched  # type: ignore[method-assign, assignment]
+    bench.go_home()
+    assert port.sent == [Frame(0x4F8, payload(HOME))]
+    assert bench.parameters == HOME
+    assert stage.asked[-1] == "power on"
+
+
+def test_a_device_that_does_not_come_home_is_told() -> None:
+    """No boot-up after the parameters were put back is an error that reaches the user."""
+    port = Device()
+    bench, _ = bench_of(port)
+    bench.begin()
+    bench.commission(OTHER)
+    bench.begin()
+    with pytest.raises(DeviceFailure, match="boot-up of node 1"):
+        bench.go_home()
+
+
+@pytest.mark.parametrize("parameters", [HOME, None])
+def test_who_is_at_home_does_not_move(parameters: Parameters | None) -> None:
+    """Nothing is done where nothing was changed, or nothing was ever known."""
+    bench, stage = bench_of(parameters=parameters)
+    bench.begin()
+    bench.go_home()
+    assert stage.asked == []
+    assert stage.port.sent == []
+
+
+def test_another_bit_rate_needs_somebody_to_set_it() -> None:
+    """Without [bitrate] a test at another rate is not run, and says what to add."""
+    bench, _ = bench_of(without=["bitrate"])
+    bench.begin()
+    with pytest.raises(NotRun, match=r"the bus at 250000; bench 'desk' has no \[bitrate\]"):
+        bench.enter_commissioning()
+
+
+def test_without_power_a_start_is_a_reset() -> None:
+    """Where nobody can switch the supply, "reset node" brings the boot-up."""
+    port = Device()
+    bench, stage = bench_of(port, without=["power"])
+    bench.begin()
+    boot = bench.start()
+    assert str(boot.frame) == "701#00"
+    assert [str(frame) for frame in port.sent] == ["000#8101"]
+    assert stage.asked == []
+
+
+@pytest.mark.parametrize(
+    ("need", "reason"),
+    [
+        (lambda bench: bench.needs_timed_wire("bits"), "fake0 is an untimed wire: bits"),
+        (lambda bench: bench.needs_load([Frame(1)], 5), "cannot load the bus to a known share"),
+        (lambda bench: bench.needs_error_frames(), "cannot put error frames on the bus"),
+        (lambda bench: bench.needs_exclusive(), "say exclusive = true in [bus]"),
+    ],
+)
+def test_needs_say_why_a_test_is_not_run(need: object, reason: str) -> None:
+    """Each need that the bench cannot fill names the bench and the remedy."""
+    bench, stage = bench_of()
+    stage.exclusive = False
+    with pytest.raises(NotRun) as caught:
+        need(bench)  # type: ignore[operator]
+    assert reason in str(caught.value)
+
+
+def test_needs_that_are_filled_are_silent() -> None:
+    """A bench that can do it all runs all."""
+    bench, stage = bench_of(FakePort(timed=True))
+    stage.loadable = True
+    bench.needs_timed_wire("bits")
+    bench.needs_load([Frame(1)], 5)
+    bench.needs_error_frames()
+    bench.needs_exclusive()
+
+
+def virtual(home: Parameters = HOME) -> Bench:
+    """A bench in virtual time."""
+    stage = VirtualStage(lambda profile, image: faults.make(None, profile, image), keypad.load())
+    return Bench(stage, PROFILE, home)
+
+
+def test_in_virtual_time_every_start_can_be_had() -> None:
+    """A fresh device has the parameters that were wished for, at once."""
+    bench = virtual()
+    bench.begin()
+    boot = bench.start({"heartbeat_ms": 100}, node_id=9, bit_rate_code=1)
+    assert str(boot.frame) == "709#00"
+    assert bench.parameters is not None
+    assert bench.parameters.heartbeat_ms == 100
+    assert bench.stage.bit_rate == bench.parameters.bit_rate
+    bench.fresh()
+    assert bench.parameters == HOME
+
+
+def test_operational_is_a_start_and_a_command() -> None:
+    """The key frame tells that operational was entered."""
+    bench = virtual()
+    bench.begin()
+    assert str(bench.operational().frame) == "181#00"
+    assert bench.end() == []
+
+
+def test_virtual_commissioning_changes_the_device() -> None:
+    """The whole procedure against the model: it starts with its new node id."""
+    bench = virtual()
+    bench.begin()
+    bench.fresh()
+    bench.commission(OTHER)
+    assert str(bench.boot().frame) == "707#00"
+    assert bench.end() == []
+
+
+def test_a_request_leaves_the_parameters_unknown() -> None:
+    """Who sends 4F8h by hand must say what came of it."""
+    bench = virtual()
+    bench.begin()
+    bench.fresh()
+    bench.enter_commissioning()
+    bench.request(b"\x63" * 6)
+    assert bench.parameters is None
+    with pytest.raises(BenchError, match="not known"):
+        _ = bench.node_id
+    bench.leave_unknown(250_000)
+    bench.wait(1 * S)
+    assert bench.parameters is None
+
+
+def test_fake_and_virtual_stages_are_stages() -> None:
+    """What these tests stand on has the shape that benches ask for."""
+    from hil_tests.bench.stage import Stage  # noqa: PLC0415
+
+    stages: list[Stage] = [FakeStage(FakePort()), virtual().stage]
+    assert len(stages) == 2
