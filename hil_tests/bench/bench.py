@@ -265,6 +265,18 @@ class Bench(JudgingBench):
             self._recommission(self.home)
             self.boot()
 
+    # For people.
+
+    def description(self) -> Mapping[str, str]:
+        """For the header of a run."""
+        port = self.stage.port
+        wire = "timed" if port.timed else "untimed"
+        return {
+            "bench": self.stage.name,
+            "bus": f"{port.name}, {self.stage.bit_rate} bit/s, {wire} wire",
+            "clock": port.clock,
+        }
+
     # Load.
 
     def needs_timed_wire(self, why: str) -> None:

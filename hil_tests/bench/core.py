@@ -9,20 +9,21 @@ from __future__ import annotations
 from array import array
 from bisect import bisect_right
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from heapq import heappop, heappush
 from typing import TYPE_CHECKING, TypeVar
 
 from hil_tests.bench.action import Action
 from hil_tests.bench.facilities import BitRate, Keys, Leds, Power
 from hil_tests.bench.stage import Stage
+from hil_tests.bench.terms import When, expected_of, interval_of
 from hil_tests.clock import FOREVER, MS, Interval, S, show_span
 from hil_tests.errors import BenchError, NotAcknowledged
 from hil_tests.judge.causal import Lateness, Seen
 from hil_tests.judge.cobs import State
 from hil_tests.judge.expected import Expected
 from hil_tests.judge.timeline import ANY_STATE
-from hil_tests.judge.verdict import Limits, Verdict
+from hil_tests.judge.verdict import Verdict
 from hil_tests.judge.watch import Watch
 from hil_tests.trace import BusEvent, EventKind, Moment, Sighting, Sink, Trace
 from node_model.frame import Frame
@@ -40,16 +41,6 @@ _ASKED_AGAIN = 3
 
 STALL_NS = 25 * MS
 """A wait that ends this much too late, or more, is told as a stall of the host."""
-
-When = Seen | Moment | Interval | int
-"""What an expectation can count from."""
-
-
-def interval_of(when: When) -> Interval:
-    """The interval in which something happened."""
-    if isinstance(when, int):
-        return Interval(when, when)
-    return when if isinstance(when, Interval) else when.when
 
 
 class BenchCore:
@@ -119,23 +110,7 @@ class BenchCore:
 
     def expected(self, parameters: Parameters | None) -> Expected:
         """What the judge is told about the device."""
-        limits = self.profile.limits
-        period_ns = parameters.heartbeat_ns if parameters else 0
-        each = limits.heartbeat_each_ns(period_ns) if period_ns else (0, FOREVER)
-        mean = limits.heartbeat_mean_ns(period_ns) if period_ns else (0, FOREVER)
-        return Expected(
-            node_id=parameters.node_id if parameters else None,
-            heartbeat_ns=parameters.heartbeat_ns if parameters else None,
-            heartbeat_each=Limits(*each),
-            heartbeat_mean=Limits(*mean),
-            heartbeat_first=Limits(at_most_ns=each[1]),
-            bit_rate=parameters.bit_rate if parameters else None,
-            command_ns=limits.command_ns,
-            boot_up_ns=limits.boot_up_ns,
-            key_bytes=self.profile.key_frame_bytes,
-            emcy_ns=limits.emcy_ns,
-            exclusive=self.stage.exclusive,
-        )
+        return expected_of(self.profile, parameters, exclusive=self.stage.exclusive)
 
     def _new_watch(self, *, off: bool) -> Watch:
         port = self.stage.port
@@ -419,16 +394,6 @@ class BenchCore:
     def forget(self) -> None:
         """What the device is commissioned to is no longer known."""
         self.parameters = None
-
-    def description(self) -> Mapping[str, str]:
-        """For the header of a run."""
-        port = self.stage.port
-        wire = "timed" if port.timed else "untimed"
-        return {
-            "bench": self.stage.name,
-            "bus": f"{port.name}, {self.stage.bit_rate} bit/s, {wire} wire",
-            "clock": port.clock,
-        }
 
     def close(self) -> None:
         """Leave the bus and the bench as they were found."""

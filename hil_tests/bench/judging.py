@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from typing import NoReturn
 
-from hil_tests.bench.core import BenchCore, When, interval_of
+from hil_tests.bench.core import BenchCore
+from hil_tests.bench.terms import When, interval_of
 from hil_tests.clock import MS, Interval, S, show_span
 from hil_tests.errors import NotAcknowledged
 from hil_tests.judge import matchers

@@ -20,6 +20,10 @@ ROOT = Path(__file__).parents[2]
 PACKAGES = ("node_model", "hil_tests")
 SOURCES = (*PACKAGES, "tests", "benchmarks")
 MODULE_LINES = 400
+TEST_MODULE_LINES = 500
+"""A file of tests is a list of cases, read one at a time."""
+OUTSIDER = "tests/external/keypad_device.py"
+"""A device in one script, as somebody else would write it; it is no part of ours."""
 FUNCTION_LINES = 70
 TEXTS = {".c", ".cfg", ".eds", ".html", ".ini", ".j2", ".json", ".md", ".py", ".sh", ".toml"}
 
@@ -88,9 +92,10 @@ def test_every_part_of_hil_tests_stands_in_a_contract() -> None:
 
 @pytest.mark.parametrize("module", modules(*SOURCES))
 def test_a_module_is_short_enough_to_read(module: str) -> None:
-    """No module has more than 400 lines."""
+    """No module has more than 400 lines, no file of tests more than 500."""
     size = len((ROOT / module).read_text("utf-8").splitlines())
-    assert size <= MODULE_LINES
+    limit = TEST_MODULE_LINES if module.startswith("tests") else MODULE_LINES
+    assert size <= limit or module == OUTSIDER
 
 
 @pytest.mark.parametrize("module", modules(*SOURCES))

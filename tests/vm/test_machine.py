@@ -23,7 +23,7 @@ def job(**changes: object) -> guest.Job:
     """Returns a job with some parts replaced."""
     parts: dict[str, object] = {
         "command": ("pytest", "-k", "a b"),
-        "cwd": Path("/home/me/my bench"),
+        "cwd": Path("/srv/me/my bench"),
         "environment": {"LANG": "C", "QUOTED": "it's", "BASH_FUNC_x%%": "() { :; }"},
         "channels": ("vcan0",),
         "results": (),
@@ -55,7 +55,7 @@ def test_the_job_keeps_folder_arguments_and_environment() -> None:
     """Spaces and quotes survive; what no shell can export is left out; no bytecode is written."""
     script = guest.job_script(job())
 
-    assert "cd '/home/me/my bench' || exit 126" in script
+    assert "cd '/srv/me/my bench' || exit 126" in script
     assert "exec pytest -k 'a b'" in script
     assert "export QUOTED='it'\"'\"'s'" in script
     assert "BASH_FUNC" not in script

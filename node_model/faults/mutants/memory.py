@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from node_model.faults.link import WrongRate
 from node_model.faults.parts import Fault
 from node_model.frame import Frame
 from node_model.keypad import Keypad, Parameters
@@ -302,6 +303,12 @@ class SyncTimeSendsSync(Operation, Fault):
         return (*frames, Frame(0x080)) if self.parameters.sync_time else frames
 
 
+class WrongOscillator(WrongRate, Fault):
+    """The node runs at twice every bit rate."""
+
+    violates = ("COM-07", "COM-02", "NMT-02", "COM-06")
+
+
 FAULTS: tuple[type[Fault], ...] = (
     StoresNothing,
     StoresSlowly,
@@ -331,4 +338,5 @@ FAULTS: tuple[type[Fault], ...] = (
     DebounceZeroIsOneStep,
     SyncTimeAddsToDebounce,
     SyncTimeSendsSync,
+    WrongOscillator,
 )

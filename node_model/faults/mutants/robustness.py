@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 
 from node_model.emcy import EMCY_BASE, emcy_frame
-from node_model.faults.link import AsExtended, AsRemote, Corrupt, WrongLength, WrongRate, base_of
+from node_model.faults.link import AsExtended, AsRemote, Corrupt, WrongLength, base_of
 from node_model.faults.mutants.heartbeat import is_beat
 from node_model.faults.parts import Fault
 from node_model.frame import MAX_DATA_BYTES, Frame
@@ -369,12 +369,6 @@ class StuckDataBit(Corrupt, Fault):
         return base_of(frame) != EMCY_BASE
 
 
-class WrongOscillator(WrongRate, Fault):
-    """The node runs at twice every bit rate."""
-
-    violates = ("COM-07", "COM-02", "NMT-02", "COM-06")
-
-
 FAULTS: tuple[type[Fault], ...] = (
     ExtendedFrameRestarts,
     RemoteFrameRestarts,
@@ -399,5 +393,4 @@ FAULTS: tuple[type[Fault], ...] = (
     EverythingExtended,
     EverythingTooLong,
     StuckDataBit,
-    WrongOscillator,
 )

@@ -1,0 +1,47 @@
+"""Terms that a bench and its judge share: when something was, and what is expected."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hil_tests.clock import FOREVER, Interval
+from hil_tests.judge.causal import Seen
+from hil_tests.judge.expected import Expected
+from hil_tests.judge.verdict import Limits
+from hil_tests.trace import Moment
+
+if TYPE_CHECKING:
+    from hil_tests.config import DeviceProfile, Parameters
+
+When = Seen | Moment | Interval | int
+"""What an expectation can count from."""
+
+
+def interval_of(when: When) -> Interval:
+    """The interval in which something happened."""
+    if isinstance(when, int):
+        return Interval(when, when)
+    return when if isinstance(when, Interval) else when.when
+
+
+def expected_of(
+    profile: DeviceProfile, parameters: Parameters | None, *, exclusive: bool
+) -> Expected:
+    """What the judge is told about a device with these parameters; None = not known."""
+    limits = profile.limits
+    period_ns = parameters.heartbeat_ns if parameters else 0
+    each = limits.heartbeat_each_ns(period_ns) if period_ns else (0, FOREVER)
+    mean = limits.heartbeat_mean_ns(period_ns) if period_ns else (0, FOREVER)
+    return Expected(
+        node_id=parameters.node_id if parameters else None,
+        heartbeat_ns=parameters.heartbeat_ns if parameters else None,
+        heartbeat_each=Limits(*each),
+        heartbeat_mean=Limits(*mean),
+        heartbeat_first=Limits(at_most_ns=each[1]),
+        bit_rate=parameters.bit_rate if parameters else None,
+        command_ns=limits.command_ns,
+        boot_up_ns=limits.boot_up_ns,
+        key_bytes=profile.key_frame_bytes,
+        emcy_ns=limits.emcy_ns,
+        exclusive=exclusive,
+    )
