@@ -238,3 +238,25 @@ def test_a_full_disk_is_told_once(pytester: pytest.Pytester) -> None:
     assert "No space left on device" in run.section("problems of the bench")
     assert run.section("problems of the bench").count("No space left") == 1
     assert "INTERNALERROR" not in run.text
+
+
+LEFT = """
+@pytest.mark.requirement("NMT-02")
+def test_leaves_it_elsewhere(bench):
+    bench.forget()
+"""
+
+
+def test_a_device_that_cannot_be_put_back_is_a_problem_of_its_own(
+    pytester: pytest.Pytester, tmp_path: Path
+) -> None:
+    """Tests that passed stay passed; a section says what was left behind, and the run ends 11."""
+    with scripted(tmp_path, [answer(power=True), answer(), answer()], can=["power"]) as address:
+        run = judge(pytester, LEFT, desk(pytester.path, "left", address))
+    assert run.outcomes == {"test_leaves_it_elsewhere": "passed"}
+    problem = run.section("problems of the bench")
+    assert "the device could not be put back as it was: commissioning: bench 'desk'" in problem
+    assert run.section("not run") == ""
+    assert run.status == 11
+    assert run.results["summary"]["exit_status"] == 11
+    assert problem.strip() in run.results["summary"]["problems"]
