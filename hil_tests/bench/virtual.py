@@ -258,6 +258,8 @@ class Watching(Done[T]):
         self._began_at = 0
         self._start: dict[str, bool] = {}
         self._last: dict[str, bool] = {}
+        self._looked_at = 0
+        self._predicted: int | None = None
         self._found: list[tuple[Interval, str, bool]] = []
 
     def start(self, now: int) -> None:
@@ -266,25 +268,27 @@ class Watching(Done[T]):
         self._ends_at = now + self._after_ns
         self._start = self._lights(now)
         self._last = dict(self._start)
-        self.wake_at = self._next(now)
+        self._look_again(now)
 
     def _lights(self, now: int) -> dict[str, bool]:
         device = self._stage.device
         return {led: device.lit(led, now) for led in device.leds}
 
-    def _next(self, now: int) -> int:
-        """Look again at the next change, and every ms, in case an input changed a lamp."""
-        change = self._stage.device.lamp_change(now)
-        return min(now + MS, self._ends_at, self._ends_at if change is None else change)
+    def _look_again(self, now: int) -> None:
+        """At the next change by itself, and every ms, in case an input changed a lamp."""
+        self._looked_at = now
+        self._predicted = change = self._stage.device.lamp_change(now)
+        self.wake_at = min(now + MS, self._ends_at, self._ends_at if change is None else change)
 
     def poll(self, now: int) -> bool:
-        """Note what has changed."""
+        """Note what has changed: exactly then, or at an input since the last look."""
         lights = self._lights(now)
+        when = exactly(now) if now == self._predicted else Interval(self._looked_at, now)
         for led, lit in lights.items():
             if lit != self._last[led]:
-                self._found.append((exactly(now), led, lit))
+                self._found.append((when, led, lit))
         self._last = lights
-        self.wake_at = self._next(now)
+        self._look_again(now)
         return now >= self._ends_at
 
     def _edges(self) -> LedEdges:
