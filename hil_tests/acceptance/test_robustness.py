@@ -146,13 +146,44 @@ def test_parameters_outlast_garbage(bench: Bench, power: Power) -> None:
     bench.wait(bench.profile.limits.store_ns)
 
     power.off()
-    boot = bench.boot()
+    on = power.on()
 
+    boot = bench.expect(
+        matchers.boot_up(known.node_id), after=on, within=bench.profile.limits.boot_up_ns
+    )
     limits = bench.watch.expected.heartbeat_each
     if bench.watch.expected.heartbeat_ns:
         beat = matchers.heartbeat(bench.node_id)
         first = bench.expect(beat, after=boot, within=limits.at_most_ns)
         bench.expect(beat, after=first, within=limits)
+
+
+SDO_REQUESTS = (
+    "4000100000000000",  # upload of 1000h:00
+    "4018100100000000",  # upload of 1018h:01
+    "40ffff0000000000",  # upload of an object that nobody has
+    "6000000000000000",  # a segment that was never begun
+    "8000100000000005",  # abort
+    "a000100000000000",  # block upload that was never begun
+    "ffffffffffffffff",  # no command at all
+    "40001000",  # too short
+    "",
+)
+
+
+@pytest.mark.requirement("ROB-01")
+@pytest.mark.parametrize("state", [Nmt.PRE_OPERATIONAL, Nmt.START, Nmt.STOP], ids=lambda c: c.name)
+def test_sdo_requests_do_no_harm(bench: Bench, state: Nmt) -> None:
+    """SDO requests, answered or not, neither restart the node nor disturb it."""
+    boot = bench.start(prefer=QUICK)
+    bench.nmt(state)
+    for request in SDO_REQUESTS:
+        bench.send(Frame(0x600 + bench.node_id, bytes.fromhex(request)))
+        bench.wait(20 * MS)
+
+    resets = bench.collect(matchers.boot_up(bench.node_id), after=boot, until=bench.now())
+    bench.check(not resets, "SDO requests do not restart it", since=boot)
+    expect_obeys(bench, "ROB-01")
 
 
 @pytest.mark.requirement("ROB-02")
