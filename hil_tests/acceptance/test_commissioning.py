@@ -283,7 +283,6 @@ def test_fewer_or_other_keys_start_regularly(
     for held in chosen:
         power.off()
         keys.hold(*held)
-        bench.tolerate_missing_boot_up()  # a reading of ours: COM-27 alone speaks of it
         boots_as(bench, bench.parameters or EXAMPLE, "COM-27")
     power.off()
     keys.release()

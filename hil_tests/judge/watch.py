@@ -155,7 +155,7 @@ class Watch:
         self.timeline.power_on(moment.when, mode)
         when = self._calm(moment.when)
         for monitor in self._monitors:
-            if mode is False and not self._deaf:
+            if mode is False and not self._deaf and self.expected.node_id is not None:
                 monitor.restarted(when, None)
             else:
                 monitor.silenced(when)

@@ -89,13 +89,19 @@ def gravest_error(found: Sequence[Verdict]) -> Exception | None:
     return None
 
 
-def prevails(body: BaseException | None, monitors: Exception | None) -> BaseException | None:
-    """Which of the two the test ends with: a FAIL before everything but a broken bench."""
+def prevails(
+    body: BaseException | None, monitors: Exception | None, came_of_body: str
+) -> BaseException | None:
+    """Which of the two the test ends with: a FAIL before everything but a broken bench.
+
+    Args:
+        body: what the test raised.
+        monitors: what they found, see `gravest_error`.
+        came_of_body: the outcome of the body alone, see `classify`.
+    """
     if body is None:
         return monitors
-    if isinstance(monitors, DeviceFailure) and isinstance(
-        body, InconclusiveResult | NotRun | NotApplicable
-    ):
+    if isinstance(monitors, DeviceFailure) and came_of_body not in {FAILED, ERROR}:
         return monitors
     return body
 

@@ -137,7 +137,10 @@ class Run:
             error = error if outcome.is_bench_error(error) else broken
         for verdict in found:
             bench.record(verdict)
-        ends_with = outcome.prevails(error, outcome.gravest_error(found))
+        error = outcome.claim(error, claimed)
+        strict = bool(self.plan.settings["can_strict"])
+        came_of_body = outcome.classify(error, self.plan.requirements, strict)
+        ends_with = outcome.prevails(error, outcome.gravest_error(found), came_of_body)
         if isinstance(ends_with, BenchError):
             ends_with = self._suspect(bench, ends_with)
         return outcome.claim(ends_with, claimed)
