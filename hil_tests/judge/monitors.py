@@ -262,9 +262,9 @@ class Heartbeats:
             self._first = False
             self._span(seen, last, first=True)
             return
-        before = last.wanted
-        low = wanted.earliest - before.latest
-        high = wanted.latest - before.earliest
+        earliest, latest = last.wanted
+        low = wanted[0] - latest
+        high = wanted[1] - earliest
         self._steady += 1
         if self._steady_from is None:
             self._resume(last)
