@@ -6,6 +6,8 @@ from itertools import combinations
 
 import pytest
 
+from hil_tests.judge.verdict import DeviceFailure, Outcome, Verdict
+from hil_tests.requirements import load
 from hil_tests.run import outcome
 from tests.run.harness import judge
 
@@ -241,3 +243,23 @@ def test_a_bench_that_could_not_be_put_back_costs_the_good_end(found: str, statu
     """What went wrong at the end gives 11, unless the device failed as well."""
     own = 1 if found == "failed" else 0
     assert outcome.exit_status([found], own, require_all=False, broken=True) == status
+
+
+def failure(requirement: str) -> DeviceFailure:
+    """A device that broke a requirement."""
+    return DeviceFailure(Verdict(requirement, Outcome.FAIL, "not so"))
+
+
+@pytest.mark.parametrize(
+    ("body_says", "strict", "ends_on"),
+    [("LED-06", False, "NMT-02"), ("LED-06", True, "LED-06"), ("LED-01", False, "LED-01")],
+)
+def test_a_must_that_a_monitor_sees_broken_is_no_observation(
+    body_says: str, strict: bool, ends_on: str
+) -> None:
+    """What the test itself found is told, unless it weighs less than what a monitor found."""
+    error = failure(body_says)
+    came_of_body = outcome.classify(error, load("keypad"), strict)
+    ends_with = outcome.prevails(error, failure("NMT-02"), came_of_body)
+    assert isinstance(ends_with, DeviceFailure)
+    assert ends_with.verdict.requirement == ends_on
