@@ -32,6 +32,8 @@ def expected_of(
     period_ns = parameters.heartbeat_ns if parameters else 0
     each = limits.heartbeat_each_ns(period_ns) if period_ns else (0, FOREVER)
     mean = limits.heartbeat_mean_ns(period_ns) if period_ns else (0, FOREVER)
+    # A least distance of 0 asks nothing of beats that follow each other anyway.
+    each = (each[0] or -FOREVER, each[1])
     return Expected(
         node_id=parameters.node_id if parameters else None,
         heartbeat_ns=parameters.heartbeat_ns if parameters else None,

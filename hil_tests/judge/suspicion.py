@@ -6,7 +6,7 @@ monitor notes what looks wrong, and the verdict is made at the end, with widened
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from hil_tests.clock import Interval
@@ -75,3 +75,11 @@ class Silence:
 def always_wrong(_: Interval) -> Outcome:
     """A frame that is wrong whenever it was asked for."""
     return Outcome.FAIL
+
+
+def confirmed(suspicions: Sequence[Suspicion | Silence], lateness: Lateness) -> Iterator[Verdict]:
+    """The suspicions that stand when all is known."""
+    for suspicion in suspicions:
+        verdict = suspicion.confirm(lateness)
+        if verdict is not None:
+            yield verdict

@@ -21,7 +21,8 @@ from hil_tests.judge.cobs import (
     nmt_for,
 )
 from hil_tests.judge.expected import Expected
-from hil_tests.judge.monitors import AllowedFrames, BootUp, Heartbeats, Monitor
+from hil_tests.judge.heartbeats import Heartbeats
+from hil_tests.judge.monitors import AllowedFrames, BootUp, Monitor
 from hil_tests.judge.timeline import ANY_STATE, States, StateTimeline
 from hil_tests.judge.verdict import Verdict
 from hil_tests.trace import BusEvent, Moment, Sighting

@@ -10,6 +10,8 @@ from hil_tests.judge.verdict import Outcome
 from node_model.frame import Frame
 from tests.judge.scene import BEAT, NODE, Scene, device
 
+EMCY = bytes.fromhex("0050010000000000")
+
 # Allowed frames (ROB-02, KEY-07, COM-01, COM-12).
 
 
@@ -23,7 +25,7 @@ def test_without_a_node_id_a_strange_frame_is_nobodys() -> None:
 def test_a_regular_life_is_blamed_for_nothing() -> None:
     """Start, EMCY, beats, operational, key frame, SDO answer."""
     scene = Scene().started()
-    scene.see(Frame(0x085, bytes(8)), 51)
+    scene.see(Frame(0x085, EMCY), 51)
     scene.beats([150, 250])
     scene.command(Nmt.START, 260)
     scene.see(Frame(0x185, b"\x00"), 261)
@@ -49,6 +51,14 @@ def test_a_frame_that_is_none_of_its_own(frame: Frame) -> None:
     assert verdict.requirement == "ROB-02"
     assert verdict.outcome is Outcome.FAIL
     assert "none of its frames" in verdict.text
+
+
+def test_an_emcy_of_another_class_is_not_listed() -> None:
+    """The one EMCY of a keypad tells of its hardware, 50xxh."""
+    for data, blamed in (("0050", []), ("ff50", []), ("004f", ["ROB-02"]), ("0000", ["ROB-02"])):
+        scene = Scene().started()
+        scene.see(Frame(0x085, bytes.fromhex(data + "01") + bytes(5)), 60)
+        assert scene.blamed(100) == blamed
 
 
 @pytest.mark.parametrize(
@@ -89,7 +99,7 @@ def test_the_emcy_of_a_start_in_stopped(at_ms: int, blamed: list[str]) -> None:
     """A stopped node sends none, but that of its start may have been queued before."""
     scene = Scene().started()
     scene.command(Nmt.STOP, 60)
-    scene.see(Frame(0x085, bytes(8)), at_ms)
+    scene.see(Frame(0x085, EMCY), at_ms)
     assert scene.blamed(151) == blamed
 
 
@@ -212,7 +222,7 @@ def test_a_frame_before_boot_up_after_power_on() -> None:
     """Boot-up comes first of all."""
     scene = Scene()
     scene.power(0, on=True)
-    scene.see(Frame(0x085, bytes(8)), 40)
+    scene.see(Frame(0x085, EMCY), 40)
     scene.boot(50)
     (verdict,) = scene.verdicts(100)
     assert verdict.requirement == "NMT-02"
@@ -224,7 +234,7 @@ def test_a_frame_before_boot_up_after_a_command(at_ms: int, blamed: list[str]) -
     """Until the command must have acted the node still lives its old life."""
     scene = Scene().started()
     scene.command(Nmt.RESET_NODE, 100)
-    scene.see(Frame(0x085, bytes(8)), at_ms)
+    scene.see(Frame(0x085, EMCY), at_ms)
     scene.boot(160)
     assert scene.blamed(200) == blamed
 
@@ -233,7 +243,7 @@ def test_a_frame_of_a_late_host_before_boot_up() -> None:
     """It was due before the reset had acted: no blame at all."""
     scene = Scene().started()
     scene.command(Nmt.RESET_NODE, 100)
-    scene.see(Frame(0x085, bytes(8)), 155)
+    scene.see(Frame(0x085, EMCY), 155)
     scene.boot(160)
     scene.lateness.add(120 * MS, 156 * MS)
     assert scene.blamed(200) == []
