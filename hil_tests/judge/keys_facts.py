@@ -127,7 +127,9 @@ class KeyTimeline:
         asked for after an edge or a command was.
         """
         causes, effects = (0, 1) if late else (1, 0)
-        acts = sorted(act.when.latest for act in (*self.edges, *self.turns))
+        acts = sorted(
+            [edge.when.latest for edge in self.edges] + [turn.when.latest for turn in self.turns]
+        )
         reports = []
         for wanted, mask in self.reports:
             window = window_of(wanted, windows, command_ns)
