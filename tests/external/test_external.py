@@ -7,7 +7,6 @@ import os
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -63,22 +62,20 @@ def channel() -> str:
 @contextmanager
 def device(channel: str, control: str, fault: str, log: Path) -> Iterator[None]:
     """The independent keypad, ready; what it says goes to `log`."""
-    with log.open("w+", encoding="utf-8") as said:
-        running = subprocess.Popen(
-            [sys.executable, str(HERE / "keypad_device.py"), "--interface", "udp_multicast",
-             "--channel", channel, "--control", control, "--memory", HOME, "--fault", fault],
-            stdout=said,
-        )  # fmt: skip
-        try:
-            until = time.monotonic() + 30
-            while "ready" not in log.read_text(encoding="utf-8"):
-                assert running.poll() is None, "the device ended before it was ready"
-                assert time.monotonic() < until, "the device is not ready after 30 s"
-                time.sleep(0.05)
-            yield
-        finally:
-            running.terminate()
-            running.wait(10)
+    running = subprocess.Popen(
+        [sys.executable, str(HERE / "keypad_device.py"), "--interface", "udp_multicast",
+         "--channel", channel, "--control", control, "--memory", HOME, "--fault", fault],
+        stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert running.stdout is not None
+    try:
+        assert "ready" in running.stdout.readline(), "the device ended before it was ready"
+        yield
+    finally:
+        running.terminate()
+        running.wait(10)
+        with running.stdout as said:
+            log.write_text(said.read(), encoding="utf-8")
 
 
 def judge(
