@@ -101,7 +101,9 @@ class AllowedFrames:
             text = f"the device sent {frame} with {len(frame.data)} bytes"
             self._suspect("ROB-02", f"{text}; {lengths[0]} are right", seen)
             return
-        if frame.can_id == self._emcy_id and frame.data[1] != HARDWARE:
+        late = seen.wanted.earliest > self._emcy_until
+        if frame.can_id == self._emcy_id and frame.data[1] != HARDWARE and late:
+            # (the one after a start is NMT-02's business)
             text = f"the device sent {frame}: an EMCY with another code than 50xxh is not listed"
             self._suspect("ROB-02", text, seen)
         if frame.data == b"\x00" and states is _BEATING:
