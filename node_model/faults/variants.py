@@ -6,11 +6,12 @@ from node_model.debounce import Debouncer
 from node_model.emcy import EMCY_BASE, GENERIC_ERROR, HARDWARE_ERROR, emcy_frame
 from node_model.faults.link import Delay, Slow, base_of
 from node_model.faults.parts import Deviation
+from node_model.faults.pausing import PausingKeys
 from node_model.frame import Frame
 from node_model.heartbeat import HeartbeatProducer
 from node_model.keypad import Keypad, Parameters
 from node_model.keypad.commissioning import ECHO_ID, ECHO_PERIOD_NS, Commissioning
-from node_model.keypad.operation import BLINK_BASE, KEY_BASE, STEADY_BASE, Operation
+from node_model.keypad.operation import BLINK_BASE, STEADY_BASE, Operation
 from node_model.nmt import NmtCommand, NmtState
 from node_model.node import MS, NOTHING, US, Frames, earliest
 
@@ -199,15 +200,10 @@ class KeysScanned(Operation, Deviation):
     debouncer_type = _Scanning
 
 
-class KeyFrameAfterPause(Delay, Deviation):
+class KeyFrameAfterPause(PausingKeys, Deviation):
     """Key frames are sent 18 ms after the change was taken."""
 
     allowed_by = "KEY-05"
-    span_ns = 18 * MS
-
-    def picks(self, frame: Frame) -> bool:
-        """Key frames only."""
-        return base_of(frame) == KEY_BASE
 
 
 class KeyChangesInSeveralFrames(Operation, Deviation):
