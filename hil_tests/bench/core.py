@@ -167,11 +167,13 @@ class BenchCore:
     def note(self, moment: Moment) -> Moment:
         """Put a stimulus into the trace, in its place among the frames.
 
-        What the bus had to say until then may still wait to be read: it goes first.
+        What the bus had to say until then may still wait to be read: it goes first. Only a
+        device that is being switched on had nothing to say before.
         """
         later = []
+        first = moment.began_at if moment.detail.get("on") else moment.ended_at + 1
         for item in self._waiting():
-            if item.at <= moment.ended_at:
+            if item.at < first:
                 self.take(item)
             else:
                 later.append(item)
@@ -289,18 +291,30 @@ class BenchCore:
         text = f"the host stopped the suite for {show_span(late_ns)}"
         self.take(BusEvent(EventKind.STALL, now, text))
 
-    def carry_out(self, action: Action[T]) -> T:
+    def carry_out(self, action: Action[T], *, withhold: bool = False) -> T:
         """Start an action and wait for it in the loop that also reads the bus.
 
         Where the answer and a frame wait together, because the suite was stopped, the answer
         is read first and the frame left for `note`: it may be what the action led to.
+
+        Args:
+            action: what to do.
+            withhold: every frame that comes meanwhile is left for `note`.
         """
+        withheld: list[Sighting | BusEvent] = []
         action.start(self.now())
-        while not action.poll(self.now()):
-            while self._later:
-                self.take(self._later.popleft())
-            self.pump(action.wake_at, action.descriptors, keep=True)
-        return action.result()
+        try:
+            while not action.poll(self.now()):
+                while self._later:
+                    item = self._later.popleft()
+                    if withhold:
+                        withheld.append(item)
+                    else:
+                        self.take(item)
+                self.pump(action.wake_at, action.descriptors, keep=True)
+            return action.result()
+        finally:
+            self._later.extendleft(reversed(withheld))
 
     def settle(self) -> None:
         """Read what has happened, and ask the host of a model how late it was with it.

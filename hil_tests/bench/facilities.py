@@ -36,7 +36,8 @@ class Power:
         bench = self._bench
         if self._off_since is not None:
             bench.wait_until(self._off_since + bench.profile.limits.power_off_ns)
-        when = bench.carry_out(self._driver.switch(on=True))
+        # The device may have booted long before the driver says that it is on.
+        when = bench.carry_out(self._driver.switch(on=True), withhold=True)
         self.is_on = True
         held = sorted(bench.held)
         detail = {"on": True, "mode": bench.start_mode(), "held": held}

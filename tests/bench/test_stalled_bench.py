@@ -193,6 +193,22 @@ def test_answer_and_frame_wait_together(bench: Bench, port: SlowPort, host: Host
     assert entries[0] is on
 
 
+def test_boot_up_while_the_answer_is_awaited(bench: Bench, port: SlowPort, host: Host) -> None:
+    """A slow relay says "done" long after the contact closed: the device has booted by then."""
+    host.answers_at = 300 * MS
+    port.frame(51 * MS, BOOT_UP)
+    port.beat(151 * MS)
+    port.beat(251 * MS)
+    assert bench.power is not None
+    on = bench.power.on()
+    boot = bench.expect(matchers.boot_up(NODE), after=on, within=S)
+    bench.expect(matchers.heartbeat(NODE), after=boot, within=S)
+    assert failures(bench) == []
+    entries = list(bench.trace.entries())
+    assert entries[0] is on
+    assert len(entries) == 4
+
+
 def test_state_shown_by_a_beat_kept_back(bench: Bench, port: SlowPort, host: Host) -> None:
     """Stopped from 190 to 380 ms: the beat of 200 ms, before the command, shows the old state."""
     port.beat(100 * MS, 0x05)
