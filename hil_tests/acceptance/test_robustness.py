@@ -35,9 +35,9 @@ MULTIPLIER, INCREMENT, MODULUS = 1103515245, 12345, 1 << 31
 
 
 def services(node_id: int) -> frozenset[int]:
-    """Identifiers under which the node is addressed."""
-    sdo = 0x600 + node_id
-    return frozenset((cobs.NMT, cobs.LED_STEADY + node_id, cobs.LED_BLINK + node_id, sdo))
+    """Identifiers under which the node is addressed; 4F8h has a test of its own."""
+    leds, sdo = (cobs.LED_STEADY + node_id, cobs.LED_BLINK + node_id), 0x600 + node_id
+    return frozenset((cobs.NMT, cobs.COMMISSION, *leds, sdo))
 
 
 def noise() -> Iterator[int]:
