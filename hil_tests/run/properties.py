@@ -29,9 +29,11 @@ def prepare(config: pytest.Config) -> None:
         if plan.virtual
         else (hypothesis.Phase.explicit,)
     )
+    # Under CI Hypothesis would go without chance by itself; here the seed alone decides.
     hypothesis.settings.register_profile(
         _PROFILE,
         deadline=None,
+        derandomize=False,
         database=None,
         phases=phases,
         report_multiple_bugs=False,
@@ -64,6 +66,7 @@ def fit(config: pytest.Config, ours: Iterable[pytest.Item]) -> None:
             test._hypothesis_internal_use_settings = hypothesis.settings(
                 own,
                 deadline=None,
+                derandomize=False,
                 database=None,
                 phases=[phase for phase in own.phases if phase in base.phases],
                 report_multiple_bugs=False,
