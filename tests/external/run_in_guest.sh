@@ -19,7 +19,7 @@ log=$reports/device.log
 mkdir -p "$reports"
 "${device[@]}" >"$log" 2>&1 &
 device_id=$!
-trap 'kill "$device_id" 2>/dev/null' EXIT
+trap 'kill "$device_id" 2>/dev/null; wait "$device_id"' EXIT
 
 until (: <>/dev/tcp/127.0.0.1/5555) 2>/dev/null; do
     if ! kill -0 "$device_id" 2>/dev/null; then
