@@ -17,8 +17,8 @@ from hil_tests.bench.action import Action
 from hil_tests.bench.facilities import BitRate, Keys, Leds, Power
 from hil_tests.bench.stage import Stage
 from hil_tests.bench.terms import When, expected_of, interval_of
-from hil_tests.clock import FOREVER, MS, Interval, S, show_span
-from hil_tests.errors import BenchError, NotAcknowledged
+from hil_tests.clock import FOREVER, MS, Interval, show_span
+from hil_tests.errors import BenchError
 from hil_tests.judge.causal import Lateness, Seen
 from hil_tests.judge.cobs import State
 from hil_tests.judge.expected import Expected
@@ -32,9 +32,6 @@ if TYPE_CHECKING:
     from hil_tests.config import DeviceProfile, Parameters
 
 T = TypeVar("T")
-
-SEND_PATIENCE_NS = 2 * S
-"""How long an own frame may wait for the bus before the bench is called broken."""
 
 _ASKED_AGAIN = 3
 """How often the host of a model is asked, while frames come that its answer may not cover."""
@@ -342,28 +339,6 @@ class BenchCore:
     def post(self, frame: Frame) -> None:
         """Queue a frame without waiting for the bus."""
         self.stage.port.send(frame)
-
-    def send(self, frame: Frame) -> Seen:
-        """Send a frame and wait until it was on the bus.
-
-        Raises:
-            NotAcknowledged: it did not get there; nobody acknowledges, or the bus is full.
-        """
-        start = len(self.trace)
-        self.post(frame)
-        give_up_at = self.now() + SEND_PATIENCE_NS
-        index = start
-        while True:
-            while index < len(self.trace):
-                sighting = self.trace.frame(index)
-                if sighting.own and sighting.frame == frame:
-                    return self.seen(index)
-                index += 1
-            if not self.pump(give_up_at) and self.now() >= give_up_at:
-                raise NotAcknowledged(
-                    f"{frame} was not on the bus within {show_span(SEND_PATIENCE_NS)}: nobody"
-                    " acknowledges (device off, other bit rate, cable) or the bus is full"
-                )
 
     def load(self, frames: Sequence[Frame], share_ppm: int) -> bool:
         """Load the bus from another station; False where this bench cannot."""

@@ -27,6 +27,9 @@ from hil_tests.judge.verdict import (
 from hil_tests.trace import Moment
 from node_model.frame import Frame
 
+SEND_PATIENCE_NS = 2 * S
+"""How long an own frame may wait for the bus before the bench is called broken."""
+
 LOOK_ON_NS = 250 * MS
 """How much longer than its limit a frame is waited for, to tell late from missing."""
 
@@ -266,12 +269,26 @@ class JudgingBench(BenchCore):
                 test: it has left the bus.
             NotAcknowledged: nobody acknowledges, and nobody was heard either.
         """
-        try:
-            return super().send(frame)
-        except NotAcknowledged as error:
-            if not self.was_heard():
-                raise
-            self.fail(f"the device was heard, and is gone from the bus: {error}")
+        index = len(self.trace)
+        self.post(frame)
+        give_up_at = self.now() + SEND_PATIENCE_NS
+        while True:
+            while index < len(self.trace):
+                sighting = self.trace.frame(index)
+                if sighting.own and sighting.frame == frame:
+                    return self.seen(index)
+                index += 1
+            if not self.pump(give_up_at) and self.now() >= give_up_at:
+                self._not_acknowledged(frame)
+
+    def _not_acknowledged(self, frame: Frame) -> NoReturn:
+        text = (
+            f"{frame} was not on the bus within {show_span(SEND_PATIENCE_NS)}: nobody"
+            " acknowledges (device off, other bit rate, cable) or the bus is full"
+        )
+        if not self.was_heard():
+            raise NotAcknowledged(text)
+        self.fail(f"the device was heard, and is gone from the bus: {text}")
 
     def was_heard(self) -> bool:
         """Whether any frame of another station was seen in this test."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from hil_tests.bench.core import SEND_PATIENCE_NS, STALL_NS
+from hil_tests.bench.core import STALL_NS
+from hil_tests.bench.judging import SEND_PATIENCE_NS
 from hil_tests.bench.terms import interval_of
 from hil_tests.clock import MS, Interval, S, exactly
 from hil_tests.errors import BenchError, BusUnavailable
