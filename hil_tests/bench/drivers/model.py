@@ -16,6 +16,8 @@ READY_S = 120
 """How long the model may take to start: importing is slow in an emulated machine."""
 
 _STOP_S = 5
+_DYING_S = 0.5
+"""From the end of a process's sockets to its status, at most."""
 _LAST_WORDS = 1000
 
 
@@ -73,9 +75,13 @@ class HostedModel:
         raise BenchError(f"the model did not start ({' '.join(command[1:])}): {why}")
 
     def check(self) -> None:
-        """Raise BenchError where the process has ended by itself."""
-        status = self.process.poll()
-        if status is not None:
+        """Raise BenchError where the process has ended by itself.
+
+        Asked when something broke; a process that is just dying hangs up before it has a
+        status, so it gets a moment.
+        """
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            status = self.process.wait(_DYING_S)
             self._errors.seek(0)
             said = self._errors.read()[-_LAST_WORDS:].decode(errors="replace").strip()
             raise BenchError(f"the model's process ended with status {status}: {said}")
