@@ -302,6 +302,11 @@ class Bench(JudgingBench):
         if not self.stage.disturb():
             raise NotRun(f"bench {self.stage.name!r} cannot put error frames on the bus")
 
+    def needs_writes(self, why: str) -> None:
+        """Raise NotRun where nothing may be done that could change stored parameters."""
+        if not self.stage.writes_allowed:
+            raise NotRun(f"{why}; allow it with --can-allow-writes")
+
     def needs_exclusive(self) -> None:
         """Raise NotRun where others on the bus would be disturbed."""
         if not self.stage.exclusive:

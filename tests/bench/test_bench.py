@@ -199,11 +199,12 @@ def test_without_power_a_start_is_a_reset() -> None:
         (lambda bench: bench.needs_load([Frame(1)], 5), "cannot load the bus to a known share"),
         (lambda bench: bench.needs_error_frames(), "cannot put error frames on the bus"),
         (lambda bench: bench.needs_exclusive(), "say exclusive = true in [bus]"),
+        (lambda bench: bench.needs_writes("it stores"), "it stores; allow it with --can-allow"),
     ],
 )
 def test_needs_say_why_a_test_is_not_run(need: object, reason: str) -> None:
     """Each need that the bench cannot fill names the bench and the remedy."""
-    bench, stage = bench_of()
+    bench, stage = bench_of(writes_allowed=False)
     stage.exclusive = False
     with pytest.raises(NotRun) as caught:
         need(bench)  # type: ignore[operator]
@@ -218,6 +219,7 @@ def test_needs_that_are_filled_are_silent() -> None:
     bench.needs_load([Frame(1)], 5)
     bench.needs_error_frames()
     bench.needs_exclusive()
+    bench.needs_writes("it stores")
 
 
 def virtual(home: Parameters = HOME) -> Bench:
