@@ -19,7 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -42,8 +42,11 @@ FULL_BUS = 8000
 """Frames of eight bytes a second on a full bus at 1 Mbit/s, with usual stuffing."""
 LOOK_NS = 500 * MS
 """How often to look whether the sender has ended."""
-FRAME_BLOCK = struct.pack(">II", 6, 60)
-"""How a frame of eight bytes begins in the file: enhanced packet, 60 bytes."""
+HEAD = struct.Struct(">II")
+PACKET = 6
+FRAME_BYTES = 60
+"""Of an enhanced packet that holds a frame of eight bytes: its data begin at 36."""
+
 
 SENDER = r"""
 #include <linux/can.h>
@@ -195,7 +198,7 @@ def record(sender: Path, count: int, gap_ns: int, folder: Path) -> Recording:
         if process.returncode:
             raise SystemExit(f"the sender ended with status {process.returncode}")
     events = [each for each in trace.events() if each.kind is EventKind.GAP]
-    in_file = path.read_bytes().count(FRAME_BLOCK)
+    in_file, misplaced = walk(path.read_bytes(), events, count)
     path.unlink()
     return Recording(
         sent=count + 1,
@@ -203,7 +206,7 @@ def record(sender: Path, count: int, gap_ns: int, folder: Path) -> Recording:
         recorded=len(trace),
         counted=sum(each.lost for each in events),
         gaps=len(events),
-        misplaced=misplaced(trace, count),
+        misplaced=misplaced,
         in_file=in_file,
     )
 
@@ -222,18 +225,24 @@ def drain(port: SocketCanPort, trace: Trace, sender: subprocess.Popen[str]) -> N
                 note(item)
 
 
-def misplaced(trace: Trace, count: int) -> int:
-    """How many jumps of the frames' numbers are not told in their place, to their number."""
-    expected = lost = wrong = 0
-    for entry in trace.entries():
-        if isinstance(entry, BusEvent):
-            lost += entry.lost
-            continue
-        assert isinstance(entry, Sighting)
-        number = int.from_bytes(entry.frame.data, "little")
-        wrong += number != expected + lost
-        expected, lost = number + 1, 0
-    return wrong + (expected != count + 1)
+def walk(content: bytes, events: Sequence[BusEvent], count: int) -> tuple[int, int]:
+    """Go through the file: frames in it, and jumps of their numbers that no gap tells.
+
+    A gap must stand where the numbers jump, and tell by how much.
+    """
+    told = iter(events)
+    frames = expected = lost = wrong = place = 0
+    while place < len(content):
+        kind, size = HEAD.unpack_from(content, place)
+        if kind == PACKET and size == FRAME_BYTES:
+            number = int.from_bytes(content[place + 36 : place + 44], "little")
+            wrong += number != expected + lost
+            expected, lost = number + 1, 0
+            frames += 1
+        elif kind == PACKET:
+            lost += next(told).lost
+        place += size
+    return frames, wrong + (expected != count + 1)
 
 
 def main() -> int:
