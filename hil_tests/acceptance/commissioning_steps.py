@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import attrs
 import pytest
 
 from hil_tests.api import (
@@ -74,6 +75,14 @@ def boots_as(bench: Bench, parameters: Parameters, requirement: str) -> Seen:
         within=bench.profile.limits.boot_up_ns,
         requirement=requirement,
     )
+
+
+def started_with(bench: Bench, **changes: int) -> tuple[Parameters, Seen]:
+    """Commissioned to the example with changes, and started: what to, and the boot-up."""
+    bench.fresh()
+    parameters = attrs.evolve(EXAMPLE, **changes)
+    bench.commission(parameters)
+    return parameters, boots_as(bench, parameters, "COM-06")
 
 
 def expect_period(bench: Bench, boot: Seen, parameters: Parameters, requirement: str) -> None:

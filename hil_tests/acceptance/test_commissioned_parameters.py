@@ -14,6 +14,7 @@ from hil_tests.acceptance.commissioning_steps import (
     boots_as,
     expect_period,
     press_and_release,
+    started_with,
 )
 from hil_tests.api import Bench, BitRate, Keys, Nmt, Parameters, Power, S, matchers
 
@@ -116,11 +117,7 @@ def test_heartbeat_time_is_big_endian_milliseconds(
     bench: Bench, power: Power, keys: Keys, bitrate: BitRate, heartbeat_ms: int
 ) -> None:
     """Bytes 2 and 3 are the heartbeat time in milliseconds, high byte first."""
-    bench.fresh()
-    parameters = attrs.evolve(EXAMPLE, heartbeat_ms=heartbeat_ms)
-    bench.commission(parameters)
-
-    boot = boots_as(bench, parameters, "COM-06")
+    parameters, boot = started_with(bench, heartbeat_ms=heartbeat_ms)
 
     expect_period(bench, boot, parameters, "COM-09")
 
@@ -130,11 +127,7 @@ def test_heartbeat_time_zero_is_none(
     bench: Bench, power: Power, keys: Keys, bitrate: BitRate
 ) -> None:
     """Heartbeat time 0 means no heartbeat."""
-    bench.fresh()
-    parameters = attrs.evolve(EXAMPLE, heartbeat_ms=0)
-    bench.commission(parameters)
-
-    boot = boots_as(bench, parameters, "COM-06")
+    parameters, boot = started_with(bench, heartbeat_ms=0)
 
     bench.never(matchers.heartbeat(parameters.node_id), after=boot, for_ns=10 * S)
 
@@ -145,10 +138,7 @@ def test_debounce_time_is_tenths_of_a_second(
     bench: Bench, power: Power, keys: Keys, bitrate: BitRate, debounce: int
 ) -> None:
     """Byte 5 times 100 ms is how long a press or a release must last."""
-    bench.fresh()
-    parameters = attrs.evolve(EXAMPLE, debounce=debounce)
-    bench.commission(parameters)
-    boots_as(bench, parameters, "COM-06")
+    started_with(bench, debounce=debounce)
     bench.enter_operational()
 
     press_and_release(bench, keys, "COM-10")
@@ -159,10 +149,7 @@ def test_debounce_zero_filters_nothing(
     bench: Bench, power: Power, keys: Keys, bitrate: BitRate
 ) -> None:
     """With debounce time 0 every press and release is reported at once."""
-    bench.fresh()
-    parameters = attrs.evolve(EXAMPLE, debounce=0)
-    bench.commission(parameters)
-    boots_as(bench, parameters, "COM-06")
+    started_with(bench, debounce=0)
     bench.enter_operational()
 
     press_and_release(bench, keys, "COM-23")
@@ -174,11 +161,7 @@ def test_sync_time_has_no_effect(
     bench: Bench, power: Power, keys: Keys, bitrate: BitRate, sync_time: int
 ) -> None:
     """The sync time is echoed; heartbeat and debounce stay what they are, and nothing is added."""
-    bench.fresh()
-    parameters = attrs.evolve(EXAMPLE, sync_time=sync_time)
-    bench.commission(parameters)
-
-    boot = boots_as(bench, parameters, "COM-06")
+    parameters, boot = started_with(bench, sync_time=sync_time)
 
     expect_period(bench, boot, parameters, "COM-11")
     bench.enter_operational()

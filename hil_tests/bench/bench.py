@@ -91,7 +91,9 @@ class Bench(JudgingBench):
         base = self.home or self.parameters
         known = base or self.profile.factory
         if base is None:
-            self._may_commission("what the device is commissioned to is not known")
+            self._may_commission(
+                "what the device is commissioned to is not known (state parameters in [device])"
+            )
         target = attrs.evolve(known, **wish.needed)
         if target != base:
             wanted = ", ".join(f"{name} {value}" for name, value in wish.needed.items())
@@ -106,7 +108,9 @@ class Bench(JudgingBench):
             return ""
         lacks = [name for name in ("power", "keys") if getattr(self, name) is None]
         if lacks:
-            return f"bench {self.stage.name!r} has no {' and no '.join(lacks)} to commission with"
+            missing = " and no ".join(name.capitalize() for name in lacks)
+            sections = " and ".join(f"[{name}]" for name in lacks)
+            return f"bench {self.stage.name!r} has no {missing} to commission with; add {sections}"
         if not self.stage.writes_allowed:
             return "commissioning writes non-volatile memory; allow it with --can-allow-writes"
         return ""

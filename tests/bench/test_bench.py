@@ -64,9 +64,12 @@ def test_what_is_not_needed_is_not_preferred_where_it_is_not_allowed() -> None:
     ("options", "reason"),
     [
         ({"writes_allowed": False}, "allow it with --can-allow-writes"),
-        ({"without": ["power"]}, "bench 'desk' has no power to commission with"),
-        ({"without": ["power", "keys"]}, "has no power and no keys to commission with"),
-        ({"without": ["keys"], "writes_allowed": False}, "has no keys"),
+        ({"without": ["power"]}, "bench 'desk' has no Power to commission with; add [power]"),
+        (
+            {"without": ["power", "keys"]},
+            "has no Power and no Keys to commission with; add [power] and [keys]",
+        ),
+        ({"without": ["keys"], "writes_allowed": False}, "has no Keys"),
     ],
 )
 def test_why_a_bench_does_not_commission(options: dict[str, Any], reason: str) -> None:
