@@ -84,7 +84,7 @@ class Verbs:
             raise Refusal(f"power needs on: true or false, not {_short(on)}")
         at = self._loop.instant()
         self._loop.power(on, at)
-        return _done(at)
+        return self._by_now(at)
 
     def _keys(self, request: Request) -> Answer | Job:
         if ("held" in request) == ("sequence" in request):
@@ -137,7 +137,15 @@ class Verbs:
             raise Refusal(f"bitrate is 1 to {_FASTEST} bit/s, not {_short(rate)}")
         at = self._loop.instant()
         self._loop.tester_rate = rate
-        return _done(at)
+        return self._by_now(at)
+
+    def _by_now(self, at: int) -> Answer:
+        """It took effect between that instant and now.
+
+        A frame that was due just before is sent, and stamped, while the host catches up: a
+        silence that began at `at` to the nanosecond would be held against the node.
+        """
+        return {"at": (Seconds(at), Seconds(max(at, self._loop.clock())))}
 
     def _health(self, _: Request) -> Answer:
         """What was late since the last call; `more` where it did not fit one line."""
@@ -149,7 +157,7 @@ class Verbs:
 
 
 def _done(at: int) -> Answer:
-    """The action took effect at exactly that instant: the host decides it."""
+    """The node felt it at exactly that instant: the host decides it."""
     return {"at": (Seconds(at), Seconds(at))}
 
 

@@ -36,6 +36,8 @@ class FakeWire:
         self.sent: list[tuple[Frame, int]] = []
         self.full = 0
         """How many sends to refuse."""
+        self.takes_ns = 0
+        """How long a send takes."""
 
     def receive(self) -> tuple[Frame, int] | None:
         """The next frame with its stamp."""
@@ -46,6 +48,7 @@ class FakeWire:
         if self.full:
             self.full -= 1
             return False
+        self.clock.now += self.takes_ns
         self.sent.append((frame, self.clock.now))
         return True
 

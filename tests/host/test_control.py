@@ -101,6 +101,27 @@ def test_power_is_idempotent_and_exact(lab: Lab) -> None:
     assert lab.ask(do="state") == {"id": 1, "ok": True, "power": False, "held": []}
 
 
+@pytest.mark.parametrize("request_", [{"do": "power", "on": False}, {"do": "bus", "bitrate": 1}])
+def test_a_beat_due_at_a_silence_is_sent_before_it(lab: Lab, request_: dict[str, object]) -> None:
+    """What is sent while the host catches up lies inside `at`.
+
+    Over vcan a heartbeat that was due as the supply went was once stamped 32 us after it.
+    """
+    lab.ask(do="power", on=True)
+    lab.wire.takes_ns = 32_000
+    lab.clock.now += PERIOD_NS
+
+    answer = Verbs(lab.loop)(request_)
+
+    assert isinstance(answer, dict)
+    when = answer["at"]
+    assert isinstance(when, tuple)
+    began, ended = map(int, when)
+    frame, stamp = lab.wire.sent[-1]
+    assert frame.data != b"\0"
+    assert began < stamp <= ended
+
+
 def test_keys_are_held_until_told_otherwise(lab: Lab) -> None:
     """The full set each time; state names it in the order of the bits."""
     lab.ask(do="keys", held=["b", "a"])
