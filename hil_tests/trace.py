@@ -12,10 +12,14 @@ from bisect import bisect_left
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import lru_cache
 from typing import NamedTuple, Protocol
 
 from hil_tests.clock import Interval
 from node_model.frame import Frame
+
+_OWN = 1 << 40
+"""Set in the packed head of a frame that the tester sent itself."""
 
 _MOST_DOUBT = (1 << 32) - 1
 """A stamp that is four seconds off or more is kept as that: it decides nothing anyway."""
@@ -85,6 +89,13 @@ class Sink(Protocol):
         """Store one entry; after this call a killed process has not lost it."""
 
 
+@lru_cache(maxsize=4096)  # most frames of a trace stand in it many times
+def _unpacked(head: int, body: int) -> Frame:
+    """The frame with that head and body."""
+    size = 0 if head >> 30 & 1 else min(head >> 32 & 0xF, 8)
+    return Frame.unpack(head, body.to_bytes(8, "big")[8 - size :])
+
+
 class Trace:
     """Append-only record; frames in packed columns, the rest as objects in between."""
 
@@ -108,7 +119,7 @@ class Trace:
         frame, at, doubt_ns, own = sighting
         self._at.append(at)
         self._doubt.append(doubt_ns if doubt_ns < _MOST_DOUBT else _MOST_DOUBT)
-        self._head.append(frame.head | 1 << 40 if own else frame.head)
+        self._head.append(frame.head | _OWN if own else frame.head)
         self._body.append(frame.body)
         for sink in self._sinks:
             sink.write(sighting)
@@ -124,13 +135,8 @@ class Trace:
     def frame(self, index: int) -> Sighting:
         """The frame with that index (negative ones count from the end)."""
         head = self._head[index]
-        size = 0 if head >> 30 & 1 else min(head >> 32 & 0xF, 8)
-        return Sighting(
-            Frame.unpack(head, self._body[index].to_bytes(8, "big")[8 - size :]),
-            self._at[index],
-            self._doubt[index],
-            bool(head >> 40 & 1),
-        )
+        frame = _unpacked(head & _OWN - 1, self._body[index])
+        return Sighting(frame, self._at[index], self._doubt[index], head >= _OWN)
 
     def frames(self, start: int = 0, stop: int | None = None) -> Iterator[Sighting]:
         """The frames from index `start` up to, not including, `stop`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from node_model.frame import Frame
+from node_model.frame import Frame, data_frame
 
 EMCY_BASE = 0x080
 HARDWARE_ERROR = 0x5000
@@ -12,6 +12,6 @@ GENERIC_ERROR = 0x01
 
 def emcy_frame(node_id: int, code: int, register: int, manufacturer: bytes = bytes(5)) -> Frame:
     """EMCY of a node: error code little-endian, error register, five bytes of the maker."""
-    return Frame(
+    return data_frame(
         EMCY_BASE + node_id, code.to_bytes(2, "little") + bytes((register,)) + manufacturer
     )

@@ -7,7 +7,8 @@ every stuff bit (ISO 11898-1:2015, 10.4-10.6), so that bus time can be computed 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from functools import lru_cache
 
 MAX_BASE_ID = 0x7FF
 MAX_EXTENDED_ID = 0x1FFF_FFFF
@@ -99,7 +100,7 @@ def stuff_bits(bits: int, count: int) -> int:
     return added
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, init=False)
 class Frame:
     """A classical CAN frame.
 
@@ -120,7 +121,8 @@ class Frame:
     remote: bool = False
     extended: bool = False
     dlc: int = -1
-    _bits: int = field(default=0, init=False, repr=False, compare=False)
+    known_bits: int = field(default=0, init=False, repr=False, compare=False)
+    """`bits` once somebody asked for it, 0 before: spares whoever is in a hurry a call."""
     order: int = field(default=0, init=False, repr=False, compare=False)
     """Arbitration: of two frames that start together the one with the lower order wins."""
     body: int = field(default=0, init=False, repr=False, compare=False)
@@ -128,27 +130,34 @@ class Frame:
     head: int = field(default=0, init=False, repr=False, compare=False)
     """Everything but the data, packed: can_id | extended << 29 | remote << 30 | dlc << 32."""
 
-    def __post_init__(self) -> None:
-        size = len(self.data)
-        if not 0 <= self.can_id <= (MAX_EXTENDED_ID if self.extended else MAX_BASE_ID):
-            kind = "an extended" if self.extended else "a base"
-            raise ValueError(f"identifier {self.can_id:#x} does not fit {kind} frame")
-        if size > MAX_DATA_BYTES:
-            raise ValueError(f"{size} data bytes; a classical frame holds at most 8")
-        if self.remote and size:
-            raise ValueError("a remote frame carries no data; give its length as dlc")
-        write = object.__setattr__
-        if self.dlc == -1:
-            write(self, "dlc", size)
-        elif not 0 <= self.dlc <= MAX_DLC or (not self.remote and min(self.dlc, 8) != size):
-            raise ValueError(f"dlc {self.dlc} does not go with {size} data bytes")
-        write(self, "body", int.from_bytes(self.data, "big"))
-        write(self, "order", _arbitration_order(self.can_id, self.remote, self.extended))
-        write(
-            self,
-            "head",
-            self.can_id | self.extended << 29 | self.remote << 30 | self.dlc << 32,
-        )
+    def __init__(
+        self,
+        can_id: int,
+        data: bytes = b"",
+        remote: bool = False,
+        extended: bool = False,
+        dlc: int = -1,
+    ) -> None:
+        size = len(data)
+        unusual = remote or extended or dlc != -1
+        if unusual or size > MAX_DATA_BYTES or not 0 <= can_id <= MAX_BASE_ID:
+            dlc = _checked_dlc(can_id, size, remote, extended, dlc)
+            order = _arbitration_order(can_id, remote, extended)
+            head = can_id | extended << 29 | remote << 30 | dlc << 32
+        else:
+            # As above, for the frames that nearly all are: base, data, of their own length.
+            dlc = size
+            order = can_id << 21
+            head = can_id | size << 32
+        _CAN_ID(self, can_id)
+        _DATA(self, data)
+        _REMOTE(self, remote)
+        _EXTENDED(self, extended)
+        _DLC(self, dlc)
+        _KNOWN_BITS(self, 0)
+        _ORDER(self, order)
+        _BODY(self, int.from_bytes(data, "big"))
+        _HEAD(self, head)
 
     @classmethod
     def unpack(cls, head: int, data: bytes) -> Frame:
@@ -167,10 +176,10 @@ class Frame:
 
         The intermission that follows (3 bits) is not counted.
         """
-        bits = self._bits
+        bits = self.known_bits
         if not bits:
-            bits = _wire_bits(self)
-            object.__setattr__(self, "_bits", bits)
+            bits = _wire_bits(self.head, self.body)
+            object.__setattr__(self, "known_bits", bits)
         return bits
 
     def __str__(self) -> str:
@@ -181,6 +190,34 @@ class Frame:
         return f"{ident}#{self.data.hex().upper()}{extra}"
 
 
+_CAN_ID, _DATA, _REMOTE, _EXTENDED, _DLC, _KNOWN_BITS, _ORDER, _BODY, _HEAD = (
+    getattr(Frame, slot.name).__set__ for slot in fields(Frame)
+)
+"""Write the slots of a new frame: a quarter of what the `__init__` of a frozen class takes."""
+
+
+@lru_cache(maxsize=4096)
+def data_frame(can_id: int, data: bytes) -> Frame:
+    """A base data frame, from memory where it was made before: for what is sent many times."""
+    return Frame(can_id, data)
+
+
+def _checked_dlc(can_id: int, size: int, remote: bool, extended: bool, dlc: int) -> int:
+    """The data length code of a frame; ValueError where its fields make none."""
+    if not 0 <= can_id <= (MAX_EXTENDED_ID if extended else MAX_BASE_ID):
+        kind = "an extended" if extended else "a base"
+        raise ValueError(f"identifier {can_id:#x} does not fit {kind} frame")
+    if size > MAX_DATA_BYTES:
+        raise ValueError(f"{size} data bytes; a classical frame holds at most 8")
+    if remote and size:
+        raise ValueError("a remote frame carries no data; give its length as dlc")
+    if dlc == -1:
+        return size
+    if not 0 <= dlc <= MAX_DLC or (not remote and min(dlc, 8) != size):
+        raise ValueError(f"dlc {dlc} does not go with {size} data bytes")
+    return dlc
+
+
 def _arbitration_order(can_id: int, remote: bool, extended: bool) -> int:
     """The arbitration field as a number: base id, RTR or SRR, IDE, extension, RTR."""
     if not extended:
@@ -188,19 +225,20 @@ def _arbitration_order(can_id: int, remote: bool, extended: bool) -> int:
     return (can_id >> 18) << 21 | 3 << 19 | (can_id & 0x3FFFF) << 1 | remote
 
 
-def _wire_bits(frame: Frame) -> int:
+@lru_cache(maxsize=4096)  # most frames of a bus have been there before
+def _wire_bits(head: int, body: int) -> int:
     """Exact length of a frame in bits; the start bit, header, data and CRC are stuffed."""
-    size = len(frame.data)
-    if frame.extended:
+    can_id, remote, dlc = head & MAX_EXTENDED_ID, head >> 30 & 1, head >> 32 & 0xF
+    size = 0 if remote else min(dlc, MAX_DATA_BYTES)
+    if head >> 29 & 1:
         # SOF, 11 id, SRR, IDE, 18 id, RTR, r1, r0, 4 dlc
-        header = (frame.can_id >> 18) << 27 | 3 << 25 | (frame.can_id & 0x3FFFF) << 7
-        header |= frame.remote << 6 | frame.dlc
+        header = (can_id >> 18) << 27 | 3 << 25 | (can_id & 0x3FFFF) << 7 | remote << 6 | dlc
         count = 39
     else:
         # SOF, 11 id, RTR, IDE, r0, 4 dlc
-        header = frame.can_id << 7 | frame.remote << 6 | frame.dlc
+        header = can_id << 7 | remote << 6 | dlc
         count = 19
-    bits = header << 8 * size | int.from_bytes(frame.data, "big")
+    bits = header << 8 * size | body
     count += 8 * size
     stuffed = bits << 15 | crc15(bits, count)
     count += 15

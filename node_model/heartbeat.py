@@ -6,7 +6,7 @@ caller delays a beat and never shifts the grid.
 
 from __future__ import annotations
 
-from node_model.frame import Frame
+from node_model.frame import Frame, data_frame
 from node_model.nmt import NmtState
 
 HEARTBEAT_BASE = 0x700
@@ -14,7 +14,7 @@ HEARTBEAT_BASE = 0x700
 
 def heartbeat_frame(node_id: int, state: NmtState) -> Frame:
     """Error control frame that shows `state`; with INITIALISING it is the boot-up."""
-    return Frame(HEARTBEAT_BASE + node_id, bytes((state,)))
+    return data_frame(HEARTBEAT_BASE + node_id, bytes((state,)))
 
 
 class HeartbeatProducer:

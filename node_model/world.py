@@ -54,6 +54,8 @@ class Controller:
         "lost",
         "node",
         "rate",
+        "usual",
+        "usual_ns",
         "waiting",
     )
 
@@ -66,6 +68,9 @@ class Controller:
         self.rate = -1
         self.listens_to: frozenset[int] | None = frozenset()
         self.lost = 0
+        self.usual: Frame | None = None
+        """The frame that it sent last, if no node listens to it; with how long that takes."""
+        self.usual_ns = 0
 
 
 Delivery = tuple[Frame, int, Controller, int]
@@ -87,6 +92,7 @@ class World:
         self.now = now
         self.bit_rate = bit_rate
         self.bit_ns = 1_000_000_000 // bit_rate
+        self._pause_ns = INTERMISSION_BITS * self.bit_ns
         self.controllers: list[Controller] = []
         self._events: list[Event] = []
         self._order = 0
@@ -131,6 +137,7 @@ class World:
         self._abort()
         self.bit_rate = bit_rate
         self.bit_ns = 1_000_000_000 // bit_rate
+        self._pause_ns = INTERMISSION_BITS * self.bit_ns
         for controller in self.controllers:
             if controller.node is None:
                 controller.rate = bit_rate
@@ -187,8 +194,8 @@ class World:
         """
         events = self._events
         while True:
-            at = events[0][0] if events else FOREVER
             flying = self._flying
+            at = events[0][0] if events else FOREVER
             if flying is None and self._contest and self._audience > 1:
                 wire_at = self._idle_from if self._idle_from > self.now else self.now
                 if wire_at < at:
@@ -201,62 +208,59 @@ class World:
                 return self._finish(flying)
             if at > until:
                 break
-            self._event(at)
+            if (found := self._event(at, until, flying)) is not None:
+                return found
         if until > self.now:
             self.now = until
         return None
 
     # The parts of it.
 
-    def _event(self, at: int) -> None:
-        """Whatever stands at the top of the calendar."""
+    def _event(self, at: int, until: int, flying: Waiting | None) -> Delivery | None:
+        """Whatever stands at the top of the calendar.
+
+        Returns:
+            A frame that has ended by that, if it went out and came to its end at once.
+        """
         events = self._events
         _, _, _, target, action = events[0]
-        if action is not None:
-            heappop(events)
-            self.now = at
-            action(at)
-            return
         node = target.node if target is not None and target.due_at == at else None
         if target is None or node is None:
             heappop(events)
-            return
-        self.now = at
+            if action is not None:
+                self.now = at
+                action(at)
+            return None
         frames = node.advance(at)
-        steady = node.bit_rate == target.rate and node.listens_to is target.listens_to
         due = target.due_at = node.deadline()
         if due is None:
             heappop(events)
         else:
             self._order += 1
             heapreplace(events, (due, 0, self._order, target, None))
-        if frames and not (steady and self._at_once(frames, at, target)):
+        if node.bit_rate != target.rate or node.listens_to is not target.listens_to:
+            self.now = at
             self._queue(target, frames)
-        if not steady:
             self._retune(target, node)
-
-    def _at_once(self, frames: Frames, at: int, sender: Controller) -> bool:
-        """Put the only frame that anybody wants to send on the idle wire, past the mailbox.
-
-        The usual case on a quiet bus, and the same in effect as queueing it: nobody else
-        contests, and nothing else falls on this instant that could.
-        """
-        events = self._events
-        if (
-            self._flying is not None
-            or self._contest
-            or len(frames) != 1
-            or self._idle_from > at
-            or self._audience < 2
-            or sender.rate != self.bit_rate
-            or (events and events[0][0] <= at)
-        ):
-            return False
-        self._order += 1
-        frame = frames[0]
-        self._flying = (frame.order, self._order, frame, at, sender)
-        self._ends_at = at + frame.bits * self.bit_ns
-        return True
+        elif frames:
+            usual = target.usual
+            if (
+                flying is None
+                and frames[0] is usual
+                and len(frames) == 1
+                and not self._contest
+                and self._idle_from <= at
+            ):
+                # Alone on an idle wire, and nobody listens. If nothing happens before it ends,
+                # this is the same in effect as queueing it.
+                ends_at = at + target.usual_ns
+                if ends_at <= until and (not events or ends_at < events[0][0]):
+                    self.now = ends_at
+                    self._idle_from = ends_at + self._pause_ns
+                    return usual, ends_at, target, at
+            self.now = at
+            self._queue(target, frames)
+        return None
 
     def _push(self, at: int, controller: Controller) -> None:
         self._order += 1
@@ -312,6 +316,8 @@ class World:
         """Who hears and acknowledges has changed."""
         self._audience = sum(c.rate == self.bit_rate for c in self.controllers)
         self._routes.clear()
+        for controller in self.controllers:
+            controller.usual = None
 
     def _abort(self) -> None:
         """The frame on the wire is cut off in the middle, which everybody sees as an error."""
@@ -319,7 +325,7 @@ class World:
             self.errors.append(self.now)
             self._flying[4].lost += 1
             self._flying = None
-            self._idle_from = self.now + INTERMISSION_BITS * self.bit_ns
+            self._idle_from = self.now + self._pause_ns
 
     def _start(self, at: int) -> Waiting:
         """The wire is idle and somebody wants it: the lowest identifier wins."""
@@ -334,7 +340,7 @@ class World:
             heappush(self._contest, waiting[0])
         self.now = at
         self._flying = best
-        self._ends_at = at + best[2].bits * self.bit_ns
+        self._ends_at = at + (best[2].known_bits or best[2].bits) * self.bit_ns
         return best
 
     def _finish(self, flying: Waiting) -> Delivery:
@@ -342,10 +348,14 @@ class World:
         _, _, frame, requested_at, sender = flying
         self._flying = None
         self.now = at = self._ends_at
-        self._idle_from = at + INTERMISSION_BITS * self.bit_ns
+        self._idle_from = at + self._pause_ns
         key = -1 if frame.extended else frame.can_id
         route = self._routes.get(key)
-        for listener in self._route(key) if route is None else route:
+        if route is None:
+            route = self._route(key)
+        if not route and sender.usual is not frame:
+            sender.usual, sender.usual_ns = frame, frame.known_bits * self.bit_ns
+        for listener in route:
             node = listener.node
             if listener is not sender and node is not None:
                 frames = node.receive(frame, at)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum, IntEnum
 
-from node_model.frame import Frame
+from node_model.frame import Frame, data_frame
 
 NMT = 0x000
 EMCY = 0x080
@@ -55,7 +55,7 @@ SHOWN = {state.value: state for state in State if state.value < 0x100}
 
 def nmt_frame(command: int, node_id: int) -> Frame:
     """The NMT frame that gives `command` to a node; 0 = to all."""
-    return Frame(NMT, bytes((command, node_id)))
+    return data_frame(NMT, bytes((command, node_id)))
 
 
 def nmt_for(frame: Frame, node_id: int) -> Nmt | None:

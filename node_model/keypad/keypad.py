@@ -74,24 +74,25 @@ class Keypad:
 
     def hold(self, held: frozenset[str], now: int) -> Frames:
         """From `now` on exactly these keys are held."""
-        self.mask(held)
+        mask = self.mask(held)
         self._held = held
-        return self._mode.hold(self.mask(held), now) if self._mode else NOTHING
+        return self._mode.hold(mask, now) if self._mode else NOTHING
 
     def advance(self, now: int) -> Frames:
         """Whatever is due by now."""
-        if self._decide_at is not None and self._decide_at <= now:
-            self._decide(self._decide_at)
         mode = self._mode
         if mode is None:
-            return NOTHING
+            if self._decide_at is None or self._decide_at > now:
+                return NOTHING
+            mode = self._decide(self._decide_at)
         frames = mode.advance(now)
         self.bit_rate = mode.bit_rate
         return frames
 
     def deadline(self) -> int | None:
         """The end of initialisation, or what the present mode waits for."""
-        return self._mode.deadline() if self._mode else self._decide_at
+        mode = self._mode
+        return self._decide_at if mode is None else mode.deadline()
 
     # How it is seen.
 
@@ -119,12 +120,11 @@ class Keypad:
         Raises:
             ValueError: names that this keypad has not.
         """
-        unknown = held - set(self.keys)
-        if unknown:
-            raise ValueError(
-                f"no key {', '.join(sorted(unknown))}; this {self.name} has {', '.join(self.keys)}"
-            )
-        return sum(1 << self.profile.keys[name] for name in held)
+        bits = self.profile.keys
+        if not held <= bits.keys():
+            unknown = ", ".join(sorted(held - bits.keys()))
+            raise ValueError(f"no key {unknown}; this {self.name} has {', '.join(self.keys)}")
+        return sum([1 << bits[name] for name in held])
 
     def stored(self) -> Parameters:
         """What it was commissioned to, or the factory's parameters."""
@@ -136,7 +136,7 @@ class Keypad:
         """Exactly the commissioning keys are held."""
         return self._held == self.profile.commissioning_keys
 
-    def _decide(self, now: int) -> None:
+    def _decide(self, now: int) -> Commissioning | Operation:
         """Initialisation is done: choose the mode."""
         self._decide_at = None
         mode: Commissioning | Operation
@@ -147,3 +147,4 @@ class Keypad:
         self._mode = mode
         self.bit_rate = mode.bit_rate
         self.listens_to = mode.listens_to
+        return mode
