@@ -6,11 +6,13 @@ The one place where the benchmarks make monitors.
 from __future__ import annotations
 
 from benchmarks.workloads import NODE_ID, SLOW, Workload
+from hil_tests.bench.virtual import VirtualPort
+from hil_tests.bus.port import BURST
 from hil_tests.judge.causal import Lateness
 from hil_tests.judge.expected import Expected
 from hil_tests.judge.verdict import Limits, Outcome, Verdict
 from hil_tests.judge.watch import Watch
-from hil_tests.trace import Moment, Sighting, Trace
+from hil_tests.trace import Moment, Trace
 from node_model.node import MS, S
 from node_model.world import World
 
@@ -47,21 +49,20 @@ class Tester:
     """A fresh world with a workload, judged as it goes."""
 
     def __init__(self, workload: Workload) -> None:
-        self.world = world_of(workload)
+        self._port = VirtualPort(World(workload.bit_rate))
+        workload.build(self._port.world, self._port.tester, workload.span_ns)
         self.trace = Trace()
         self.watch = watch_of(workload)
         self._until = workload.span_ns
 
     def take(self, frames: int = 1 << 62) -> None:
-        """Judge that many frames, or all up to the workload's end."""
-        world, until = self.world, self._until
-        own = world.controllers[0]
-        record, see = self.trace.see, self.watch.see
-        while frames and (delivery := world.next_frame(until)) is not None:
-            frames -= 1
-            frame, at, sender, _ = delivery
-            sighting = Sighting(frame, at, 0, sender is own)
-            see(sighting, record(sighting))
+        """Judge that many frames, or all up to the workload's end, as a bench that waits."""
+        while frames:
+            burst = self._port.burst(self._until, min(frames, BURST))
+            if not burst:
+                return
+            self.watch.see_all(burst, self.trace.see_all(burst))
+            frames -= len(burst)
 
     def objections(self) -> list[Verdict]:
         """What the monitors hold against the device."""

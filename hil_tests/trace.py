@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import lru_cache
+from itertools import chain, repeat
 from typing import NamedTuple, Protocol
 
 from hil_tests.clock import Interval
@@ -52,6 +53,28 @@ class Moment:
     def when(self) -> Interval:
         """The interval in which it took effect."""
         return Interval(self.began_at, self.ended_at)
+
+
+class Burst:
+    """Frames seen one after the other in virtual time, their instants exact, nothing between.
+
+    `own` says that the last one was sent by the tester itself; none before it was.
+    """
+
+    __slots__ = ("frames", "instants", "own")
+
+    def __init__(self) -> None:
+        self.frames: list[Frame] = []
+        self.instants: list[int] = []
+        self.own = False
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+    def seen(self) -> Iterator[tuple[Frame, int, int, bool]]:
+        """What their sightings hold: frame, instant, doubt, whether it is our own."""
+        owns = chain(repeat(False, len(self.frames) - 1), (self.own,))
+        return zip(self.frames, self.instants, repeat(0), owns)
 
 
 class EventKind(Enum):
@@ -124,6 +147,21 @@ class Trace:
         for sink in self._sinks:
             sink.write(sighting)
         return len(self._at) - 1
+
+    def see_all(self, burst: Burst) -> int:
+        """Append the frames of a burst; returns the index of the first."""
+        first = len(self._at)
+        frames = burst.frames
+        self._at.extend(burst.instants)
+        self._doubt.frombytes(bytes(self._doubt.itemsize * len(frames)))
+        self._head.extend([frame.head for frame in frames])
+        self._body.extend([frame.body for frame in frames])
+        if burst.own:
+            self._head[-1] |= _OWN
+        for sink in self._sinks:
+            for sighting in map(Sighting._make, burst.seen()):
+                sink.write(sighting)
+        return first
 
     def note(self, entry: Moment | BusEvent) -> None:
         """Append a stimulus or a bus event."""

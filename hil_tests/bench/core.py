@@ -17,6 +17,7 @@ from hil_tests.bench.action import Action
 from hil_tests.bench.facilities import BitRate, Keys, Leds, Power
 from hil_tests.bench.stage import Stage
 from hil_tests.bench.terms import When, expected_of, interval_of
+from hil_tests.bus.port import BurstPort
 from hil_tests.clock import FOREVER, MS, Interval, show_span
 from hil_tests.errors import BenchError
 from hil_tests.judge.causal import Lateness, Seen
@@ -69,6 +70,7 @@ class BenchCore:
         self._order = 0
         self._later: deque[Sighting | BusEvent] = deque()
         """Read, but not yet taken into the trace."""
+        self._bursts = stage.port if isinstance(stage.port, BurstPort) else None
         self._told_at = stage.port.now()
         """The host of a model has told its lateness with frames of before this."""
         self._known_until = self._told_at
@@ -235,14 +237,16 @@ class BenchCore:
             pass
 
     def _glide(self, instant: int) -> None:
-        """Frame after frame while nothing is planned: virtual time never stalls."""
-        calendar, next_item = self._calendar, self.stage.port.next
-        record, see, keep = self.trace.see, self.watch.see, self._earliest.append
-        while not calendar and (item := next_item(instant)) is not None:
-            if isinstance(item, Sighting):
-                keep(see(item, record(item))[2][0])
-            else:
+        """Many frames at once while nothing is planned: virtual time never stalls."""
+        calendar, bursts, next_item = self._calendar, self._bursts, self.stage.port.next
+        while not calendar:
+            if bursts and (burst := bursts.burst(instant)):
+                index = self.trace.see_all(burst)
+                self._earliest.extend(self.watch.see_all(burst, index))
+            elif (item := next_item(instant)) is not None:
                 self.take(item)
+            else:
+                return
 
     def at(self, instant: int, action: Callable[[], object]) -> None:
         """Put an action on the calendar: carried out at `instant`, whatever is waited for."""

@@ -16,8 +16,9 @@ from hil_tests.bench.action import (
     LedsDriver,
     PowerDriver,
 )
+from hil_tests.bus.port import BURST
 from hil_tests.clock import MS, Interval, S, exactly
-from hil_tests.trace import BusEvent, EventKind, Sighting
+from hil_tests.trace import Burst, BusEvent, EventKind, Sighting
 from node_model.frame import Frame
 from node_model.keypad import Parameters as ModelParameters
 from node_model.keypad import Profile
@@ -84,6 +85,28 @@ class VirtualPort:
             self._held = seen
             return self._error()
         return seen
+
+    def burst(self, until: int, most: int = BURST) -> Burst:
+        """See BurstPort."""
+        world, tester, burst = self.world, self.tester, Burst()
+        errors, next_frame = world.errors, world.next_frame
+        keep, keep_instant = burst.frames.append, burst.instants.append
+        if errors or self._held is not None:
+            return burst
+        for _ in range(most):
+            found = next_frame(until)
+            if found is None:
+                break
+            frame, at, sender, _ = found
+            if errors:
+                self._held = Sighting(frame, at, own=sender is tester)
+                break
+            keep(frame)
+            keep_instant(at)
+            if sender is tester:
+                burst.own = True
+                break
+        return burst
 
     def _error(self) -> BusEvent:
         """An error frame that went before whatever frame was seen since."""

@@ -13,10 +13,13 @@ Laws:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
-from hil_tests.trace import BusEvent, Sighting
+from hil_tests.trace import Burst, BusEvent, Sighting
 from node_model.frame import Frame
+
+BURST = 256
+"""How many frames a port in virtual time hands out at once, at most."""
 
 
 class Port(Protocol):
@@ -68,3 +71,19 @@ class Port(Protocol):
 
     def close(self) -> None:
         """Leave the bus; calling it twice is allowed."""
+
+
+@runtime_checkable
+class BurstPort(Port, Protocol):
+    """A port in virtual time: what nobody waits for need not come one by one."""
+
+    def burst(self, until: int, most: int = BURST) -> Burst:
+        """Let time pass up to `until`, or to something that needs a closer look.
+
+        That is an event, for which `next` has to be called, as for an empty burst. And a burst
+        ends with a frame of the tester's own, for that is a stimulus.
+
+        Args:
+            until: instant on this port's clock.
+            most: how many frames at once.
+        """

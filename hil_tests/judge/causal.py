@@ -15,7 +15,7 @@ On an untimed wire a frame is asked for at its stamp, within the stamp's doubt.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 from hil_tests.clock import FOREVER, Interval
@@ -128,22 +128,41 @@ class CausalClock:
 
     def see(self, sighting: Sighting, index: int) -> Seen:
         """The causal interval of the next frame of the trace."""
-        frame, at, doubt_ns, own = sighting
-        bit_ns = self.bit_ns
+        (earliest,) = self.requests((sighting,))
+        return self.seen(sighting[0], sighting[1], earliest, sighting[3], index)
+
+    def seen(self, frame: Frame, at: int, earliest: int, own: bool, index: int) -> Seen:
+        """A frame with its causal interval, of which the earlier end is known."""
+        latest = at - (frame.known_bits or frame.bits) * self.bit_ns if self.bit_ns else at
+        wanted = _tuple(Interval, (earliest, latest))
+        return _tuple(Seen, (frame, at, wanted, own, index))
+
+    def requests(self, sightings: Iterable[tuple[Frame, int, int, bool]]) -> list[int]:
+        """When each of the next frames of the trace can have been asked for at the earliest.
+
+        Args:
+            sightings: frame, instant, doubt, whether it is our own.
+        """
+        bit_ns, pause_ns = self.bit_ns, self._pause_ns
         if not bit_ns:
-            return Seen(frame, at, Interval(at - doubt_ns, at), own, index)
-        if frame is not self._last:
-            self._last, self._last_ns = frame, frame.bits * bit_ns
-        start = at - self._last_ns
-        earliest = start - (doubt_ns + bit_ns)
-        if earliest > self._last_end + self._pause_ns:
-            # The wire was idle: no chain, and the start is the request, to one bit.
-            self._chain_from = earliest
-            self._first = frame
-        else:
-            earliest = self._in_chain(frame, start - doubt_ns, own)
-        self._last_end = at
-        return _tuple(Seen, (frame, at, _tuple(Interval, (earliest, start)), own, index))
+            return [at - doubt_ns for _, at, doubt_ns, _ in sightings]
+        last, last_ns, last_end = self._last, self._last_ns, self._last_end
+        found = []
+        for frame, at, doubt_ns, own in sightings:
+            if frame is not last:
+                last, last_ns = frame, frame.bits * bit_ns
+            start = at - last_ns
+            earliest = start - (doubt_ns + bit_ns)
+            if earliest > last_end + pause_ns:
+                # The wire was idle: no chain, and the start is the request, to one bit.
+                self._chain_from = earliest
+                self._first = frame
+            else:
+                earliest = self._in_chain(frame, start - doubt_ns, own)
+            last_end = at
+            found.append(earliest)
+        self._last, self._last_ns, self._last_end = last, last_ns, last_end
+        return found
 
     def _begin(self, first: Frame) -> None:
         """A second frame follows the first one of a chain: that becomes evidence."""

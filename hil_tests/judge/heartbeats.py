@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from hil_tests.clock import Interval, show_span
 from hil_tests.judge.causal import Lateness, Seen
@@ -12,6 +12,7 @@ from hil_tests.judge.periodic import ENOUGH
 from hil_tests.judge.suspicion import Silence, Suspicion, always_wrong, confirmed
 from hil_tests.judge.timeline import StateTimeline
 from hil_tests.judge.verdict import Outcome, Verdict
+from node_model.frame import Frame
 
 
 class Heartbeats:
@@ -56,6 +57,30 @@ class Heartbeats:
             self._resume(last)
         if low < self._low or high > self._high:
             self._span(seen, last, first=False)
+
+    def in_time(self, beat: Frame, requests: Sequence[int], starts: Sequence[int]) -> bool:
+        """Whether that beat, coming so often, merely goes on with a steady stretch.
+
+        Args:
+            beat: the frame, the same each time.
+            requests: the earlier end of the interval in which each was asked for.
+            starts: the later one.
+        """
+        last = self._last
+        if last is None or self._steady_from is None or beat is not self._known:
+            return False
+        low, high = self._low, self._high
+        early, late = last.wanted
+        for earliest, latest in zip(requests, starts, strict=True):
+            if earliest - late < low or latest - early > high:
+                return False
+            early, late = earliest, latest
+        return True
+
+    def go_on(self, last: Seen, count: int) -> None:
+        """`see` for `count` beats that came in time, of which this is the last."""
+        self._steady += count
+        self._last = last
 
     def _boot(self, seen: Seen) -> None:
         self._end_steady()

@@ -6,7 +6,7 @@ be (timeline), and feeds the monitors.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from hil_tests.clock import FOREVER, Interval, S
@@ -25,7 +25,7 @@ from hil_tests.judge.heartbeats import Heartbeats
 from hil_tests.judge.monitors import AllowedFrames, BootUp, Monitor
 from hil_tests.judge.timeline import ANY_STATE, States, StateTimeline
 from hil_tests.judge.verdict import Verdict
-from hil_tests.trace import BusEvent, Moment, Sighting
+from hil_tests.trace import Burst, BusEvent, Moment, Sighting
 from node_model.frame import Frame
 
 _RESETS = (Nmt.RESET_NODE, Nmt.RESET_COMMUNICATION)
@@ -74,15 +74,54 @@ class Watch:
     def see(self, sighting: Sighting, index: int) -> Seen:
         """A frame was seen on the bus; `index` is its place in the trace."""
         seen = self.clock.see(sighting, index)
-        frame = seen[0]
-        if frame is self._beat:
+        if sighting.own:
+            self._own(seen)
+        elif seen.frame is self._beat:
             # The very beat that was last found right in the present state.
             self._heartbeats.see(seen)
-        elif sighting.own:
-            self._own(seen)
-        elif self._is_device(frame):
+        elif self._is_device(seen.frame):
             self._device(seen)
         return seen
+
+    def see_all(self, burst: Burst, index: int) -> list[int]:
+        """As `see` for one frame after the other, from the place `index` in the trace.
+
+        Returns:
+            After which instant each of them was asked for.
+        """
+        requests = self.clock.requests(burst.seen())
+        frames = burst.frames
+        place, end = 0, len(frames) - burst.own
+        while place < end:
+            frame, first = frames[place], place
+            place += 1
+            if frame is self._beat:
+                while place < end and frames[place] is frame:
+                    place += 1
+                self._beats(burst, requests, range(first, place), index)
+            elif self._is_device(frame):
+                self._device(self._seen(burst, requests, first, index))
+        if burst.own:
+            self._own(self._seen(burst, requests, end, index))
+        return requests
+
+    def _seen(self, burst: Burst, requests: Sequence[int], place: int, index: int) -> Seen:
+        """One frame of a burst that begins at `index`."""
+        own = burst.own and place == len(burst) - 1
+        frame, at = burst.frames[place], burst.instants[place]
+        return self.clock.seen(frame, at, requests[place], own, index + place)
+
+    def _beats(self, burst: Burst, requests: Sequence[int], places: range, index: int) -> None:
+        """The very beat that was last found right in the present state, at these places."""
+        beat, stretch = burst.frames[places[0]], slice(places.start, places.stop)
+        frame_ns = beat.bits * self.clock.bit_ns
+        starts = [at - frame_ns for at in burst.instants[stretch]]
+        if self._heartbeats.in_time(beat, requests[stretch], starts):
+            last = self._seen(burst, requests, places[-1], index)
+            self._heartbeats.go_on(last, len(places))
+            return
+        for place in places:
+            self._heartbeats.see(self._seen(burst, requests, place, index))
 
     def _device(self, seen: Seen) -> None:
         frame = seen.frame

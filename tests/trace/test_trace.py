@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hil_tests.clock import Interval
-from hil_tests.trace import BusEvent, Entry, EventKind, Moment, Sighting, Trace
+from hil_tests.trace import Burst, BusEvent, Entry, EventKind, Moment, Sighting, Trace
 from node_model.frame import MAX_BASE_ID, MAX_EXTENDED_ID, Frame
 
 INT64 = (1 << 63) - 1
@@ -128,6 +128,23 @@ def test_every_kind_of_frame_survives_packing(frame: Frame, *, own: bool) -> Non
     trace = Trace()
     trace.see(Sighting(frame, 1_000, 20, own))
     assert trace.frame(0) == Sighting(frame, 1_000, 20, own)
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_a_burst_is_recorded_like_its_frames(*, own: bool) -> None:
+    """Same frames and instants, on paper too, no doubt, and the last one ours if it is."""
+    paper = Paper()
+    trace = Trace(paper)
+    trace.see(Sighting(Frame(1), 5, 3))
+    burst = Burst()
+    burst.frames += FRAMES
+    burst.instants += range(10, 10 + len(FRAMES))
+    burst.own = own
+    assert trace.see_all(burst) == 1
+    last = len(FRAMES) - 1
+    seen = [Sighting(f, 10 + n, 0, own and n == last) for n, f in enumerate(FRAMES)]
+    assert list(trace.frames(1)) == seen == list(burst.seen())
+    assert paper.lines[1:] == seen
 
 
 def test_leading_zero_bytes_are_data() -> None:
