@@ -37,7 +37,7 @@ def judge_keys(timeline: KeyTimeline, rules: KeyRules) -> list[Verdict]:
     doubtful = [
         replace(verdict, outcome=Outcome.INCONCLUSIVE, text=f"perhaps: {verdict.text}")
         for late in (True, False)
-        for verdict in _wrong(Reading(certain.sharpened(late=late), rules))
+        for verdict in _wrong(Reading(certain.sharpened(late=late), rules, certain))
     ]
     return sorted(doubtful, key=instant_of)
 

@@ -119,6 +119,10 @@ class KeyTimeline:
     reports: Sequence[Report]
     until: int
 
+    def same_stimuli(self, other: KeyTimeline) -> bool:
+        """Whether the same was done to the device, at instants that are known as well."""
+        return list(self.edges) == list(other.edges) and list(self.turns) == list(other.turns)
+
     def sharpened(self, windows: Sequence[Window], *, late: bool, command_ns: int) -> KeyTimeline:
         """Every doubt turned against the device: its answers late, or early.
 

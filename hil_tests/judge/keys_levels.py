@@ -59,42 +59,55 @@ class _Move(NamedTuple):
         return self.at, self.must is None
 
 
+class Attention:
+    """When a node must look at its keys, and when it need not; the same for each of them.
+
+    Args:
+        turns: into and out of operational.
+        windows: of those turns.
+        rules: facts and limits.
+    """
+
+    def __init__(self, turns: Sequence[Turn], windows: Sequence[Window], rules: KeyRules) -> None:
+        self.rules = rules
+        self.windows = windows
+        command_ns = rules.command_ns
+        closes = [-FOREVER, *(window.closes.earliest for window in windows)]
+        opens = [*(window.opens.latest + command_ns for window in windows), FOREVER]
+        self.breaks = [Interval(a, b) for a, b in zip(closes, opens, strict=True)]
+        """When the node may not be looking at its keys."""
+        self.closings = [
+            (window.closes.earliest, window.closes.latest + command_ns, pause.latest)
+            for window, pause in zip(windows, self.breaks[1:], strict=True)
+        ]
+        """The end of each window, from and to; and when it must look again after that."""
+        starts = [(turn.when.earliest, turn.ready_at) for turn in turns]
+        self.resets = [(at, ready_at) for at, ready_at in starts if ready_at is not None]
+        """When the node begins anew, and by when it has."""
+        entries = [(w.opens.earliest, w.opens.latest + command_ns) for w in windows]
+        self.at_once = entries + self.resets
+        """Spans in which what is held may count at once (KEY-22)."""
+
+
 class KeyLevels:
     """The sets of one key over time.
 
     Args:
         bit: of the key.
         stays: of its contact.
-        turns: into and out of operational.
-        windows: of those turns.
-        rules: facts and limits.
+        attention: of the node.
     """
 
-    def __init__(
-        self,
-        bit: int,
-        stays: Sequence[Stay],
-        turns: Sequence[Turn],
-        windows: Sequence[Window],
-        rules: KeyRules,
-    ) -> None:
+    def __init__(self, bit: int, stays: Sequence[Stay], attention: Attention) -> None:
         self.bit = bit
         self.stays = stays
-        self._rules = rules
-        self._turns = turns
-        self._windows = windows
-        self._breaks = self._breaks_of(windows)
+        self._rules = attention.rules
+        self._attention = attention
         self.steps: list[tuple[int, int]] = [(-FOREVER, 1 << stays[0].level)]
         """From when on which levels are possible: 1 = released, 2 = pressed, 3 = both."""
         self.changes: list[Change] = []
         if len(stays) > 1 or stays[0].level:  # else it is released all the time
             self._walk(sorted(self._moves(), key=lambda move: move.order))
-
-    def _breaks_of(self, windows: Sequence[Window]) -> list[Interval]:
-        """When the node may not be looking at its keys."""
-        closes = [-FOREVER, *(window.closes.earliest for window in windows)]
-        opens = [*(window.opens.latest + self._rules.command_ns for window in windows), FOREVER]
-        return [Interval(a, b) for a, b in zip(closes, opens, strict=True)]
 
     def may_count_at(self, index: int) -> int | None:
         """From when on a stay may have counted; None = it is certainly too short."""
@@ -114,20 +127,17 @@ class KeyLevels:
 
     def _unseen(self, stay: Stay) -> bool:
         """Whether a keypad may miss it: between two scans, or outside operational."""
-        if stay.end.earliest - stay.start.latest < self._rules.scan_ns:
+        from_at, to_at = stay.start.latest, stay.end.earliest
+        if to_at - from_at < self._rules.scan_ns:
             return True
-        return any(
-            stay.start.latest >= pause.earliest and stay.end.earliest <= pause.latest
-            for pause in self._breaks
-        )
+        return any(from_at >= start and to_at <= end for start, end in self._attention.breaks)
 
     def _end(self, stay: Stay) -> int:
         """When the keypad saw it end, at the latest: perhaps not before it looks again."""
         end = stay.end.latest
-        for window, pause in zip(self._windows, self._breaks[1:], strict=True):
-            left_by = window.closes.latest + self._rules.command_ns
-            if stay.touches(window.closes.earliest, left_by):
-                end = max(end, pause.latest)
+        for closes, left_by, looks_at in self._attention.closings:
+            if looks_at > end and stay.touches(closes, left_by):
+                end = looks_at
         return end
 
     def _moves(self) -> Iterator[_Move]:
@@ -137,30 +147,27 @@ class KeyLevels:
                 yield _Move(at, stay.level)
             yield from self._at_once(stay)
             yield from self._surely(stay)
-        for turn in self._turns:
-            if turn.ready_at is not None:
-                yield _Move(turn.when.earliest, 0)
+        for at, _ in self._attention.resets:
+            yield _Move(at, 0)
 
     def _at_once(self, stay: Stay) -> Iterator[_Move]:
         """What is held on entry, or while the node starts, may count at once (KEY-22)."""
-        rules = self._rules
-        spans = [(w.opens.earliest, w.opens.latest + rules.command_ns) for w in self._windows]
-        spans += [(t.when.earliest, t.ready_at) for t in self._turns if t.ready_at is not None]
-        for earliest, latest in spans:
-            if stay.touches(earliest - rules.scan_ns, latest):
+        scan_ns = self._rules.scan_ns
+        for earliest, latest in self._attention.at_once:
+            if stay.touches(earliest - scan_ns, latest):
                 yield _Move(max(stay.start.earliest, earliest), stay.level)
 
     def _surely(self, stay: Stay) -> Iterator[_Move]:
         """Where the stay must have counted: only time in operational is sure to count."""
-        rules = self._rules
-        for opens, closes in self._windows:
-            open_by = opens.latest + rules.command_ns
-            outside = stay.start.earliest < open_by
-            began = stay.start
-            if outside:
-                began = Interval(opens.earliest, max(open_by, stay.start.latest))
-            must_be_at = began.latest + rules.surely_ns
-            if must_be_at < min(stay.end.earliest, closes.earliest):
+        command_ns, surely_ns = self._rules.command_ns, self._rules.surely_ns
+        start, ends = stay.start, stay.end.earliest
+        for opens, closes in self._attention.windows:
+            open_by = opens.latest + command_ns
+            begun_by = max(open_by, start.latest)
+            must_be_at = begun_by + surely_ns
+            if must_be_at < ends and must_be_at < closes.earliest:
+                outside = start.earliest < open_by
+                began = Interval(opens.earliest, begun_by) if outside else start
                 yield _Move(must_be_at + 1, stay.level, (began, outside, closes.earliest))
 
     def _walk(self, moves: Sequence[_Move]) -> None:

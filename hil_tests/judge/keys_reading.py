@@ -15,7 +15,7 @@ from hil_tests.judge.keys_facts import (
     window_of,
     windows_of,
 )
-from hil_tests.judge.keys_levels import KeyLevels
+from hil_tests.judge.keys_levels import Attention, KeyLevels
 from hil_tests.judge.verdict import Limits, Outcome, Verdict
 
 
@@ -25,23 +25,34 @@ class Reading:
     Args:
         timeline: edges, turns and frames.
         rules: facts and limits.
+        like: another reading, perhaps of the same stimuli; then the keys are as in that.
     """
 
-    def __init__(self, timeline: KeyTimeline, rules: KeyRules) -> None:
+    def __init__(
+        self, timeline: KeyTimeline, rules: KeyRules, like: Reading | None = None
+    ) -> None:
         self._timeline = timeline
         self.rules = rules
         self.until = timeline.until
         self.reports = timeline.reports
-        self.windows, self.again = windows_of(timeline.turns)
-        self.keys = {
-            name: KeyLevels(
-                bit, stays_of(timeline.edges, bit), timeline.turns, self.windows, rules
-            )
-            for name, bit in rules.keys.items()
-        }
         self.bits = sum(1 << bit for bit in rules.keys.values())
         """The bits of all keys."""
-        self._instants, self._possible = self._join()
+        self.windows: list[Window]
+        self.again: list[Interval]
+        self.keys: dict[str, KeyLevels]
+        self._instants: list[int]
+        self._possible: list[tuple[int, int]]
+        if like is not None and timeline.same_stimuli(like._timeline):
+            self.windows, self.again, self.keys = like.windows, like.again, like.keys
+            self._instants, self._possible = like._instants, like._possible
+        else:
+            self.windows, self.again = windows_of(timeline.turns)
+            attention = Attention(timeline.turns, self.windows, rules)
+            self.keys = {
+                name: KeyLevels(bit, stays_of(timeline.edges, bit), attention)
+                for name, bit in rules.keys.items()
+            }
+            self._instants, self._possible = self._join()
 
     def _join(self) -> tuple[list[int], list[tuple[int, int]]]:
         """The possible states of all keys together: masks that can be released, pressed."""
