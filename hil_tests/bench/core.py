@@ -37,6 +37,9 @@ T = TypeVar("T")
 _ASKED_AGAIN = 3
 """How often the host of a model is asked, while frames come that its answer may not cover."""
 
+_FEW = 2
+"""Most waits see no more frames: a burst does not pay for them."""
+
 STALL_NS = 25 * MS
 """A wait that ends this much too late, or more, is told as a stall of the host."""
 
@@ -151,10 +154,6 @@ class BenchCore:
         self.frames += len(self.trace)
         self.bus_ns += max(self.now() - self._began_at, 0)
 
-    def _heard_early(self) -> bool:
-        """Whether another station spoke among the first frames of this test."""
-        return any(not sighting.own for sighting in self.trace.frames(0, 20))
-
     def _close_watch(self, *, off: bool, until: int | None = None) -> None:
         """What one watch found up to `until` (None = now) is kept; another begins."""
         self.settle()
@@ -231,22 +230,25 @@ class BenchCore:
 
     def wait_until(self, instant: int) -> None:
         """Let time pass until `instant`."""
-        if self.stage.virtual and not self._later:
-            self._glide(instant)
+        if self.stage.virtual and not self._later and self._glide(instant):
+            return
         while self.pump(instant):
             pass
 
-    def _glide(self, instant: int) -> None:
-        """Many frames at once while nothing is planned: virtual time never stalls."""
+    def _glide(self, instant: int) -> bool:
+        """Frames by the hundred while nothing is planned; whether `instant` has come so."""
         calendar, bursts, next_item = self._calendar, self._bursts, self.stage.port.next
+        singly = _FEW
         while not calendar:
-            if bursts and (burst := bursts.burst(instant)):
+            if singly == 0 and bursts and (burst := bursts.burst(instant)):
                 index = self.trace.see_all(burst)
                 self._earliest.extend(self.watch.see_all(burst, index))
             elif (item := next_item(instant)) is not None:
                 self.take(item)
+                singly -= singly > 0
             else:
-                return
+                return True
+        return False
 
     def at(self, instant: int, action: Callable[[], object]) -> None:
         """Put an action on the calendar: carried out at `instant`, whatever is waited for."""

@@ -6,6 +6,7 @@ Time goes on from world to world, so that a test has one continuous trace.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from hil_tests.bench.action import (
@@ -147,6 +148,7 @@ class Done(Generic[T]):
         return self._do()
 
 
+@lru_cache(maxsize=256)
 def memory_with(parameters: ModelParameters) -> bytes:
     """Content of the memory of a device that was commissioned to these parameters."""
     store = RecordStore(SIZE)

@@ -123,20 +123,26 @@ class KeyTimeline:
         """Whether the same was done to the device, at instants that are known as well."""
         return list(self.edges) == list(other.edges) and list(self.turns) == list(other.turns)
 
-    def sharpened(self, windows: Sequence[Window], *, late: bool, command_ns: int) -> KeyTimeline:
+    def sharpened(
+        self, places: Sequence[Window | None], *, late: bool, command_ns: int
+    ) -> KeyTimeline:
         """Every doubt turned against the device: its answers late, or early.
 
         For a timeline in which nothing is certainly wrong. Only what is possible at all: a
         frame that can have been asked for in operational was, and a frame that can have been
         asked for after an edge or a command was.
+
+        Args:
+            places: for each frame the window in which it was asked for.
+            late: its answers are as late as can be; else as early.
+            command_ns: limit of a command.
         """
         causes, effects = (0, 1) if late else (1, 0)
         acts = sorted(
             [edge.when.latest for edge in self.edges] + [turn.when.latest for turn in self.turns]
         )
         reports = []
-        for wanted, mask in self.reports:
-            window = window_of(wanted, windows, command_ns)
+        for (wanted, mask), window in zip(self.reports, places, strict=True):
             assert window is not None, "a frame that is certainly outside was judged before"
             last_act = acts[max(bisect_right(acts, wanted.latest) - 1, 0)]
             at = min(wanted[effects], window.closes.latest + command_ns)

@@ -30,8 +30,8 @@ class Frames:
 
     def _outside(self) -> Iterator[Verdict]:
         """Frames that were asked for outside operational."""
-        for report in self._reports:
-            if self._reading.window_of(report) is None:
+        for report, window in zip(self._reports, self._reading.places, strict=True):
+            if window is None:
                 text = (
                     f"key frame {self._reading.shown(report)} while the node was not operational"
                 )
@@ -40,7 +40,7 @@ class Frames:
     def _untrue(self) -> Iterator[Verdict]:
         """Frames that show a state which was not possible."""
         for index, report in enumerate(self._reports):
-            window = self._reading.window_of(report)
+            window = self._reading.places[index]
             if window is None or self._reading.can_be(report):
                 continue
             entry = self._reading.place_in(window, index)
@@ -104,7 +104,7 @@ class Frames:
             return
         for index in range(1, len(self._reports)):
             before, report = self._reports[index - 1], self._reports[index]
-            window = self._reading.window_of(report)
+            window = self._reading.places[index]
             if before.mask != report.mask or window is None or self._may_repeat(before, report):
                 continue
             leaving = report.wanted.latest >= window.closes.earliest

@@ -53,6 +53,10 @@ class Reading:
                 for name, bit in rules.keys.items()
             }
             self._instants, self._possible = self._join()
+        self.places = [
+            window_of(report.wanted, self.windows, rules.command_ns) for report in self.reports
+        ]
+        """For each frame the last window in which it can have been asked for."""
 
     def _join(self) -> tuple[list[int], list[tuple[int, int]]]:
         """The possible states of all keys together: masks that can be released, pressed."""
@@ -73,11 +77,7 @@ class Reading:
 
     def sharpened(self, *, late: bool) -> KeyTimeline:
         """The timeline with every doubt turned against the device."""
-        return self._timeline.sharpened(self.windows, late=late, command_ns=self.rules.command_ns)
-
-    def window_of(self, report: Report) -> Window | None:
-        """The last window in which a frame can have been asked for."""
-        return window_of(report.wanted, self.windows, self.rules.command_ns)
+        return self._timeline.sharpened(self.places, late=late, command_ns=self.rules.command_ns)
 
     def asked_from(self, report: Report) -> int:
         """The earliest instant whose state a frame may show."""
