@@ -104,11 +104,11 @@ def press_and_release(bench: Bench, keys: Keys, requirement: str) -> None:
     latest = parameters.debounce_ns + limits.scan_ns + limits.key_frame_ns
     early = parameters.debounce_ns - limits.scan_ns
     allowed = Limits(early, latest) if early > 0 else Limits(at_most_ns=latest)
-    name = keys.names[-1]
+    name, size = keys.names[-1], bench.profile.key_frame_bytes
     bench.wait(limits.command_ns)
     pressed = keys.press(name)
     bench.expect(
-        matchers.key_frame(parameters.node_id, keys.mask),
+        matchers.key_frame(parameters.node_id, keys.mask, size),
         after=pressed,
         within=allowed,
         requirement=requirement,
@@ -116,7 +116,7 @@ def press_and_release(bench: Bench, keys: Keys, requirement: str) -> None:
     if bench.profile.releases_reported:
         released = keys.release()
         bench.expect(
-            matchers.key_frame(parameters.node_id, 0),
+            matchers.key_frame(parameters.node_id, 0, size),
             after=released,
             within=allowed,
             requirement=requirement,

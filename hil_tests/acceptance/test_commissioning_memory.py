@@ -178,7 +178,7 @@ def expect_whole_set(bench: Bench, keys: Keys, found: Parameters, boot: Seen, cu
     limits = bench.profile.limits
     pressed = keys.press(keys.names[0])
     bench.expect(
-        matchers.key_frame(found.node_id, keys.mask),
+        matchers.key_frame(found.node_id, keys.mask, bench.profile.key_frame_bytes),
         after=pressed,
         within=Limits(
             found.debounce_ns - limits.scan_ns,

@@ -283,7 +283,7 @@ def expect_key_frames(bench: Bench, keys: Keys) -> list[Seen]:
         moved = keys.press(name)
         found.append(
             bench.expect(
-                matchers.key_frame(bench.node_id, keys.mask),
+                matchers.key_frame(bench.node_id, keys.mask, bench.profile.key_frame_bytes),
                 after=moved,
                 within=Limits(at_most_ns=latest),
             )
