@@ -173,6 +173,8 @@ def traffic_that_starts_nothing(node_id: int) -> tuple[Frame, ...]:
     return (
         Frame(0x200 + node_id, b"\xff"),
         Frame(0x300 + node_id, b"\xff"),
+        Frame(0x200 + node_id, start),
+        Frame(0x300 + node_id, start),
         Frame(0x001, start),
         Frame(0x080),
         Frame(0x080, b"\x01"),
