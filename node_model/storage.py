@@ -76,5 +76,4 @@ class RecordStore:
 
     def cut(self) -> None:
         """Power is gone: what is not yet written never will be."""
-        self._queue = []
         self.due_at = None

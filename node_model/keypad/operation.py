@@ -109,7 +109,6 @@ class Operation:
         self.bit_rate = 0
         self.resets_by = command
         self.boot_at = now + self.reset_ns()
-        self.beat.stop()
         self.keys = self.fresh_keys(self.raw)
         self.lamps = self.lamps_type(self.profile, now)
         return NOTHING
