@@ -7,58 +7,92 @@ from __future__ import annotations
 
 import pytest
 from hypothesis import example, given, settings, target
-from hypothesis import strategies as st
 
-from hil_tests.api import Bench, Keys
-from hil_tests.scenarios.scenario import Scenario
-from hil_tests.scenarios.story import play
-from hil_tests.scenarios.strategies import key_scenarios
-
-DEBOUNCES = (0, 1, 2, 5)
-
-QUIET = st.one_of([key_scenarios(debounce, commands=False) for debounce in DEBOUNCES])
-LIVELY = st.one_of([key_scenarios(debounce) for debounce in DEBOUNCES])
+from hil_tests.api import MS, Bench, Keys
+from hil_tests.scenarios.play import judge
+from hil_tests.scenarios.scenario import Scenario, scenario
+from hil_tests.scenarios.strategies import scenarios
 
 
-def towards_the_limit(scenario: Scenario) -> None:
+def towards_the_limit(story: Scenario) -> None:
     """Tell Hypothesis how near to the debounce time the pulses are."""
-    limit_ms = 100 * scenario.debounce
-    nearest = min((abs(span - limit_ms) for span in scenario.pulses()), default=1000)
-    target(-float(min(nearest, 1000)), label="ms from the debounce time")
+    limit_ns = 100 * MS * story.parameters.get("debounce", 1)
+    nearest = min((abs(span - limit_ns) for span in story.pulses()), default=1000 * MS)
+    target(-float(min(nearest // MS, 1000)), label="ms from the debounce time")
 
 
 @pytest.mark.requirement("KEY-06", "KEY-04", "KEY-05", "KEY-02", "KEY-23")
-@given(scenario=QUIET)
-@example(Scenario(1, ((20, 0b1), (88, 0b0), (12, 0b1), (88, 0b0), (12, 0b1), (250, 0b0))))
-@example(Scenario(1, ((20, 0b1), (60, 0b11), (60, 0b111), (112, 0b110), (60, 0b100), (60, 0))))
-@example(Scenario(2, ((5, 0b111), (212, 0b0), (188, 0b111), (3, 0b0), (250, 0b101), (450, 0))))
-@example(Scenario(0, ((30, 0b1), (12, 0b0), (12, 0b11), (30, 0b10), (60, 0b0))))
+@given(story=scenarios("keys"))
+@example(
+    scenario(
+        "operational debounce=1:"
+        " 20ms keys 1; 88ms keys 0; 12ms keys 1; 88ms keys 0; 12ms keys 1; 250ms keys 0"
+    )
+)
+@example(
+    scenario(
+        "operational debounce=1:"
+        " 20ms keys 1; 60ms keys 11; 60ms keys 111; 112ms keys 110; 60ms keys 100; 60ms keys 0"
+    )
+)
+@example(
+    scenario(
+        "operational debounce=2:"
+        " 5ms keys 111; 212ms keys 0; 188ms keys 111; 3ms keys 0; 250ms keys 101; 450ms keys 0"
+    )
+)
+@example(
+    scenario(
+        "operational debounce=0: 30ms keys 1; 12ms keys 0; 12ms keys 11; 30ms keys 10; 60ms keys 0"
+    )
+)
 @settings(max_examples=200)
 def test_every_change_is_reported_once_and_in_time(
-    bench: Bench, keys: Keys, scenario: Scenario
+    bench: Bench, keys: Keys, story: Scenario
 ) -> None:
     """Whatever the keys do, each change that lasts is shown, in time, once, and no other."""
     bench.begin_example()
-    towards_the_limit(scenario)
-    story = play(bench, scenario)
-    story.judge("KEY-06", "KEY-04", "KEY-05")
-    bench.check_monitors()
+    towards_the_limit(story)
+    judge(bench, story, "KEY-06", "KEY-04", "KEY-05")
 
 
 @pytest.mark.requirement("KEY-06", "KEY-01", "KEY-07", "KEY-22", "KEY-04", "KEY-05")
-@given(scenario=LIVELY)
-@example(Scenario(1, ((20, 0b1), (130, "stop"), (60, 0b11), (250, 0b10), (60, "start"))))
-@example(Scenario(1, ((20, 0b1), (60, "pre-operational"), (150, "start"), (200, 0b0))))
-@example(Scenario(2, ((20, 0b111), (250, "stop"), (60, 0), (60, "start"), (60, 0b1))))
-@example(Scenario(1, ((20, 0b1), (140, 0b0), (140, "stop"), (3, "start"), (60, "stop"))))
-@example(Scenario(1, ((20, 0b100), (200, "reset"), (60, 0b101), (60, "start"), (250, 0))))
+@given(story=scenarios("comings"))
+@example(
+    scenario(
+        "operational debounce=1:"
+        " 20ms keys 1; 130ms nmt stop; 60ms keys 11; 250ms keys 10; 60ms nmt start"
+    )
+)
+@example(
+    scenario(
+        "operational debounce=1:"
+        " 20ms keys 1; 60ms nmt pre-operational; 150ms nmt start; 200ms keys 0"
+    )
+)
+@example(
+    scenario(
+        "operational debounce=2:"
+        " 20ms keys 111; 250ms nmt stop; 60ms keys 0; 60ms nmt start; 60ms keys 1"
+    )
+)
+@example(
+    scenario(
+        "operational debounce=1:"
+        " 20ms keys 1; 140ms keys 0; 140ms nmt stop; 3ms nmt start; 60ms nmt stop"
+    )
+)
+@example(
+    scenario(
+        "operational debounce=1:"
+        " 20ms keys 100; 200ms nmt reset-node; 60ms keys 101; 60ms nmt start; 250ms keys 0"
+    )
+)
 @settings(max_examples=200)
 def test_leaving_and_entering_operational_loses_nothing(
-    bench: Bench, keys: Keys, scenario: Scenario
+    bench: Bench, keys: Keys, story: Scenario
 ) -> None:
     """Whatever the keys do while the node comes and goes, it shows each state in its place."""
     bench.begin_example()
-    towards_the_limit(scenario)
-    story = play(bench, scenario)
-    story.judge("KEY-06", "KEY-01", "KEY-07", "KEY-22", "KEY-04", "KEY-05")
-    bench.check_monitors()
+    towards_the_limit(story)
+    judge(bench, story, "KEY-06", "KEY-01", "KEY-07", "KEY-22", "KEY-04", "KEY-05")

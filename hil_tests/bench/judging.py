@@ -111,9 +111,13 @@ class JudgingBench(BenchCore):
         Raises:
             DeviceFailure, InconclusiveResult: what it found.
         """
-        self._close_watch(off=False)
-        for verdict in self._found:
+        for verdict in self.monitored():
             self.conclude(verdict)
+
+    def monitored(self) -> list[Verdict]:
+        """What the monitors have found in this test so far."""
+        self._close_watch(off=False)
+        return list(self._found)
 
     # Looking.
 

@@ -40,6 +40,9 @@ PAUSE_NS = 1 * S
 sighting = tuple.__new__
 """What `Sighting` calls, without the call in between."""
 
+EYE_NS = 10 * MS
+"""What an eye takes for one moment, and less."""
+
 LOAD_DEPTH = 4
 """Mailboxes of a loading station: enough to never leave a gap."""
 
@@ -258,9 +261,9 @@ class VirtualStage:
         return Done(change)
 
     def read(self) -> Done[Mapping[str, str]]:
-        """See LedsDriver: watches for three blink periods."""
-        span_ns = 3 * (self._profile.blink_on_ns + self._profile.blink_off_ns)
-        return Watching(self, span_ns, _as_an_eye)
+        """See LedsDriver: watches for two blink periods."""
+        span_ns = 2 * (self._profile.blink_on_ns + self._profile.blink_off_ns)
+        return Watching(self, span_ns, _as_an_eye, EYE_NS)
 
     def watch(self, for_ns: int) -> Done[LedEdges]:
         """See LedsDriver."""
@@ -276,9 +279,16 @@ class VirtualStage:
 class Watching(Done[T]):
     """Looks at the LEDs of a model for a span of virtual time, change by change."""
 
-    def __init__(self, stage: VirtualStage, for_ns: int, judge: Callable[[LedEdges], T]) -> None:
+    def __init__(
+        self,
+        stage: VirtualStage,
+        for_ns: int,
+        judge: Callable[[LedEdges], T],
+        every_ns: int = MS,
+    ) -> None:
         super().__init__(lambda: judge(self._edges()), for_ns)
         self._stage = stage
+        self._every_ns = every_ns
         self._ends_at = 0
         self._began_at = 0
         self._start: dict[str, bool] = {}
@@ -300,10 +310,12 @@ class Watching(Done[T]):
         return {led: device.lit(led, now) for led in device.leds}
 
     def _look_again(self, now: int) -> None:
-        """At the next change by itself, and every ms, in case an input changed a lamp."""
+        """At the next change by itself, and now and then, in case an input changed a lamp."""
         self._looked_at = now
         self._predicted = change = self._stage.device.lamp_change(now)
-        self.wake_at = min(now + MS, self._ends_at, self._ends_at if change is None else change)
+        self.wake_at = min(
+            now + self._every_ns, self._ends_at, self._ends_at if change is None else change
+        )
 
     def poll(self, now: int) -> bool:
         """Note what has changed: exactly then, or at an input since the last look."""

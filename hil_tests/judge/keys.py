@@ -24,15 +24,20 @@ from hil_tests.judge.verdict import Outcome, Verdict
 __all__ = ["Edge", "KeyRules", "KeyTimeline", "Report", "Turn", "judge_keys"]
 
 
-def judge_keys(timeline: KeyTimeline, rules: KeyRules) -> list[Verdict]:
+def judge_keys(timeline: KeyTimeline, rules: KeyRules, *, doubts: bool = True) -> list[Verdict]:
     """What is wrong with the key frames of a timeline; nothing = all is right.
+
+    Args:
+        timeline: see there.
+        rules: see there.
+        doubts: False = what is INCONCLUSIVE is not asked for.
 
     Returns:
         In order of time, FAIL where it is certain; only where nothing is, INCONCLUSIVE.
     """
     certain = Reading(timeline, rules)
     found = _wrong(certain)
-    if found:
+    if found or not doubts:
         return found
     doubtful = [
         replace(verdict, outcome=Outcome.INCONCLUSIVE, text=f"perhaps: {verdict.text}")

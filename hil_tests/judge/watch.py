@@ -132,9 +132,14 @@ class Watch:
         if frame.can_id == self._beat_id and not frame.extended and not frame.remote:
             self._heartbeats.see(seen)
             if frame.data == b"\x00":
-                self.timeline.booted(seen.wanted)
+                self._booted(seen)
             elif self.timeline.sure(seen.wanted) and not self._boot.owed:
                 self._beat = frame
+
+    def _booted(self, seen: Seen) -> None:
+        """It is pre-operational now, unless it must not boot at all: that is its fault then."""
+        if State.PRE_OPERATIONAL in self.timeline.possible(seen.wanted):
+            self.timeline.booted(seen.wanted)
 
     def _own(self, seen: Seen) -> None:
         frame = seen.frame

@@ -1,0 +1,176 @@
+"""What the LEDs may show after the frames that were sent (LED-01..04, LED-06, LED-20..22).
+
+A pure function of the whole story: it carries the set of all pairs of maps that the device
+can hold, and asks of each look whether one of them explains what was seen. Where none does,
+it asks which single rule, if broken, would: that one is blamed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from enum import Enum
+from typing import NamedTuple
+
+from hil_tests.judge.verdict import Outcome, Verdict
+
+
+class Chance(Enum):
+    """Whether something acted on the device."""
+
+    NO = 0
+    PERHAPS = 1
+    SURE = 2
+
+
+class Write(NamedTuple):
+    """A frame with one of the two maps.
+
+    Args:
+        blink: the map of blinking LEDs, else that of steady ones.
+        data: its bytes.
+        acts: the device was operational.
+    """
+
+    blink: bool
+    data: bytes
+    acts: Chance
+
+
+class Leave(NamedTuple):
+    """The device has left operational, or perhaps has."""
+
+
+class Restart(NamedTuple):
+    """The device was reset, or switched on."""
+
+    acts: Chance = Chance.SURE
+
+
+class Look(NamedTuple):
+    """What was seen.
+
+    Args:
+        at: until when, ns.
+        lights: "on", "off" or "blink" for each LED.
+        operational: it surely was.
+    """
+
+    at: int
+    lights: Mapping[str, str]
+    operational: bool
+
+
+Event = Write | Leave | Restart | Look
+Maps = tuple[int, int]
+"""Steady and blinking LEDs, as bits."""
+
+DARK: Maps = (0, 0)
+
+_BREAKABLE = ("LED-06", "LED-04", "LED-21", "LED-03", "LED-20")
+"""Rules that explain a look when they are broken, in the order in which they are tried."""
+
+
+class LightRules(NamedTuple):
+    """Facts of a device.
+
+    Args:
+        leds: bit by name.
+        size: bytes of a map.
+        steady_wins: where both bits of an LED are set; else blinking does (LED-20).
+    """
+
+    leds: Mapping[str, int]
+    size: int
+    steady_wins: bool = True
+
+
+def judge_lights(events: Sequence[Event], rules: LightRules) -> Iterator[Verdict]:
+    """The first look that nothing explains."""
+    for at, lights in _unexplained(events, rules, ""):
+        wrong = next(
+            (
+                name
+                for name in _BREAKABLE
+                if at not in {look_at for look_at, _ in _unexplained(events, rules, name)}
+            ),
+            None,
+        )
+        name = wrong or _plain(events, at, lights, rules)
+        shown = ", ".join(f"{led} {light}" for led, light in lights.items() if light != "off")
+        text = f"the LEDs show {shown or 'nothing'}, which no LED frame explains"
+        yield Verdict(name, Outcome.FAIL, text, at=at)
+        return
+
+
+def _plain(events: Sequence[Event], at: int, lights: Mapping[str, str], rules: LightRules) -> str:
+    """LED-01 or LED-02: on which map the nearest explanation differs from the look."""
+    possible = next(maps for look, maps in _carried(events, rules, "") if look.at == at)
+    wants = [_lights(maps, rules, "") for maps in possible]
+    nearest = min(wants, key=lambda want: sum(want[led] != lights.get(led) for led in want))
+    differ = [
+        (nearest[led], lights.get(led)) for led in nearest if nearest[led] != lights.get(led)
+    ]
+    return "LED-02" if all("blink" in pair for pair in differ) else "LED-01"
+
+
+def _unexplained(
+    events: Sequence[Event], rules: LightRules, broken: str
+) -> Iterator[tuple[int, Mapping[str, str]]]:
+    """The looks that no possible pair of maps explains, with one rule broken."""
+    for look, possible in _carried(events, rules, broken):
+        shown = [_lights(maps, rules, broken) for maps in possible]
+        if not look.operational:
+            shown.append(_lights(DARK, rules, broken))  # LED-22
+        if look.lights not in shown:
+            yield look.at, look.lights
+
+
+def _carried(
+    events: Sequence[Event], rules: LightRules, broken: str
+) -> Iterator[tuple[Look, frozenset[Maps]]]:
+    """Each look with every pair of maps that the device can hold then."""
+    possible = frozenset((DARK,))
+    for event in events:
+        match event:
+            case Look():
+                yield event, possible
+            case Write():
+                possible = _written(possible, event, rules, broken)
+            case Leave():
+                possible |= {DARK}  # LED-22: what it keeps is its own choice
+            case Restart(acts):
+                kept = possible if broken == "LED-21" or acts is not Chance.SURE else frozenset()
+                possible = kept | {DARK}
+
+
+def _written(
+    possible: frozenset[Maps], write: Write, rules: LightRules, broken: str
+) -> frozenset[Maps]:
+    if len(write.data) < rules.size and broken != "LED-06":
+        return possible
+    if write.acts is Chance.NO and broken != "LED-04":
+        return possible
+    every = sum(1 << bit for bit in rules.leds.values())
+    new = int.from_bytes(write.data[: rules.size], "little") & every
+    after = frozenset(_changed(maps, new, blink=write.blink, broken=broken) for maps in possible)
+    return after if write.acts is not Chance.PERHAPS else after | possible
+
+
+def _changed(maps: Maps, new: int, *, blink: bool, broken: str) -> Maps:
+    steady, blinking = maps
+    if broken == "LED-03":
+        return (steady & ~new, new) if blink else (new, blinking & ~new)
+    return (steady, new) if blink else (new, blinking)
+
+
+def _lights(maps: Maps, rules: LightRules, broken: str) -> dict[str, str]:
+    """What a pair of maps looks like."""
+    steady, blinking = maps
+    if rules.steady_wins is not (broken == "LED-20"):
+        blinking &= ~steady
+    else:
+        steady &= ~blinking
+    return {
+        name: "on" if steady >> bit & 1 else "blink" if blinking >> bit & 1 else "off"
+        for name, bit in rules.leds.items()
+    }

@@ -1,0 +1,127 @@
+"""How scenarios are made up: a row of small numbers is a scenario, whatever the numbers are.
+
+One grammar serves seeded walks (numbers from a generator), Hypothesis (numbers that it draws
+and shrinks) and its state machine. A number picks an action and a span of its family's
+tables; the grammar keeps what follows sensible: which keys are held, whether there is power.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hil_tests.clock import MS
+from hil_tests.scenarios.families import FAMILIES, REQUESTS
+from hil_tests.scenarios.scenario import Scenario, Step
+
+BOTH = 0b11
+"""The commissioning keys."""
+
+STORED_MS = (505, 610)
+"""Store time, and at most a period of the echo."""
+
+OFF_MS = 300
+PAUSE_NS = 150 * MS
+
+
+class Teller:
+    """Turns actions into steps, keeping in mind what is held and whether there is power."""
+
+    def __init__(self, number: int, *, powered: bool) -> None:
+        self._number = number
+        self.steps: list[Step] = []
+        self._held = 0
+        self._powered = powered
+        self._waiting = False
+        """Powered up to be commissioned."""
+
+    def tell(self, after_ns: int, action: str) -> None:
+        """One action, `after_ns` after the one before."""
+        verb, _, what = action.partition(" ")
+        tell = getattr(self, f"_{verb.replace('-', '_')}", None)
+        if tell is not None:
+            tell(after_ns, what)
+        elif not (verb == "nmt" and what.startswith("reset") and self._left_open()):
+            self._add(after_ns, verb, what)
+
+    def _add(self, after_ns: int, verb: str, what: str = "") -> None:
+        self.steps.append(Step(after_ns, verb, what))
+
+    def _left_open(self) -> bool:
+        """What a reset with the commissioning keys held leads to is the maker's (COM-28)."""
+        return self._held & BOTH == BOTH and not self._waiting
+
+    def _keys(self, after_ns: int, held: int) -> None:
+        if held != self._held:
+            self._held = held
+            self._add(after_ns, "keys", f"{held:b}")
+
+    def _flip(self, after_ns: int, what: str) -> None:
+        self._keys(after_ns, self._held ^ int(what, 2))
+
+    def _switch(self, after_ns: int, *, on: bool) -> None:
+        if on != self._powered:
+            self._powered = on
+            self._waiting = on and self._held == BOTH
+            self._add(after_ns, "power", "on" if on else "off")
+
+    def _cycle(self, after_ns: int, _: str) -> None:
+        """Power off and on again; with both commissioning keys and more, without the more."""
+        if self._powered:
+            self._switch(after_ns, on=False)
+        if self._held & BOTH == BOTH:
+            self._keys(0, 0)
+        self._switch(OFF_MS * MS, on=True)
+
+    def _wait_mode(self, after_ns: int, _: str) -> None:
+        """Power up with the commissioning keys held."""
+        self._switch(after_ns, on=False)
+        self._keys(0, BOTH)
+        self._switch(OFF_MS * MS, on=True)
+
+    def _commission(self, after_ns: int, what: str) -> None:
+        """The whole procedure, and a regular start."""
+        self._wait_mode(after_ns, "")
+        self._request(after_ns, REQUESTS[int(what)].partition(" ")[2])
+        self._switch(STORED_MS[int(what) % 2] * MS, on=False)
+        self._cycle(0, "")
+
+    def _any_request(self, after_ns: int, _: str) -> None:
+        """The request whose turn it is."""
+        self._add(after_ns, "request", REQUESTS[self._number % len(REQUESTS)].partition(" ")[2])
+
+    def _cut(self, after_ns: int, what: str) -> None:
+        """As `commission`, but power is cut while the device stores."""
+        self._wait_mode(OFF_MS * MS, "")
+        self._add(10 * MS, "request", REQUESTS[int(what)].partition(" ")[2])
+        self._switch(after_ns, on=False)
+        self._cycle(0, "")
+
+    def _request(self, after_ns: int, what: str) -> None:
+        """Only where somebody waits for it; elsewhere it is noise."""
+        if self._waiting:
+            self._add(after_ns, "request", what)
+        else:
+            data = "" if what == "-" else what
+            self._add(after_ns, "send", f"4F8#{data}")
+
+
+def told(family: str, number: int, codes: Sequence[int]) -> Scenario:
+    """The scenario that some numbers stand for.
+
+    Args:
+        family: a key of `FAMILIES`.
+        number: which of the family's givens.
+        codes: one for each action; any whole numbers.
+    """
+    kind = FAMILIES[family]
+    given = kind.givens[number % len(kind.givens)]
+    spans = kind.spans(dict(given))
+    teller = Teller(number + sum(codes[:1]), powered=kind.begin != "off")
+    for action in kind.opening:
+        teller.tell(PAUSE_NS, action)
+    for code in codes:
+        action_number, at = divmod(code, len(spans))
+        teller.tell(spans[at], kind.actions[action_number % len(kind.actions)])
+    for action in kind.closing:
+        teller.tell(PAUSE_NS, action)
+    return Scenario(kind.begin, given, tuple(teller.steps))

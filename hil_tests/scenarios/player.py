@@ -1,0 +1,369 @@
+"""Plays scenarios on a bench, and judges each life of the device by every oracle there is.
+
+Steps count from the one before as it was done. What a real board takes its own time for (to
+start, to initialise after a reset) is waited for, so that a scenario means the same on each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from hil_tests.api import (
+    MS,
+    Bench,
+    Frame,
+    FrameNotCarried,
+    NotRun,
+    Parameters,
+    Seen,
+    Verdict,
+    cobs,
+    matchers,
+    nmt_frame,
+)
+from hil_tests.scenarios import words
+from hil_tests.scenarios.lives import in_order, judge_commissioning, judge_operation
+from hil_tests.scenarios.memory import stored
+from hil_tests.scenarios.record import RESETS, Life
+from hil_tests.scenarios.scenario import Scenario, Step
+
+COMMISSIONING_RATE = 125_000
+LINGER_NS = 100 * MS
+"""How much longer than its limit the effect of an LED frame is waited for."""
+
+LOOK_ON_NS = 250 * MS
+"""How much longer a frame that seems to be missing is waited for in real time."""
+
+MOST_BEATS_NS = 3_000 * MS
+"""A scenario waits for two beats at its end, but no longer than this."""
+
+
+class LeftOpen(Exception):
+    """From here on nobody can say what the device must do: what was played so far is judged."""
+
+
+class Player:
+    """One scenario on one bench.
+
+    Args:
+        bench: its test or example has begun.
+        doubts: ask also what is wrong only if every doubt goes against the device.
+
+    Raises:
+        NotRun: (each method) the bench cannot do this; the text says why.
+        LeftOpen: (`do`) the requirements do not say what follows.
+    """
+
+    def __init__(self, bench: Bench, *, doubts: bool = True) -> None:
+        self.bench = bench
+        self.found: list[Verdict] = []
+        self.limits = bench.profile.limits
+        self._doubts = doubts
+        self._batch: list[tuple[int, frozenset[str]]] = []
+        self._own: Parameters | None = None
+        self._candidates: tuple[Parameters, ...] = ()
+        self._came_from = ""
+        """What its last stay in commissioning did to its memory: "changed", "kept" or nothing."""
+        self._since = (0, 0)
+        self._held = 0
+        self._mode = ""
+        self._ready_at = 0
+        self._judged_until: int | None = None
+        self._verbs: Mapping[str, Callable[[str], None]] = {
+            "nmt": self._nmt,
+            "led": lambda what: self._map("led", what),
+            "blink": lambda what: self._map("blink", what),
+            "send": self._raw,
+            "request": self._request,
+            "power": self._power,
+            "rate": self._rate,
+            "load": self._load,
+            "look": lambda _: self._look(),
+            "wait": lambda _: None,
+        }
+
+    # From beginning to end.
+
+    def begin(self, scenario: Scenario) -> None:
+        """Bring the device to where the scenario begins."""
+        bench = self.bench
+        lacks = [name for name in sorted(scenario.needs) if getattr(bench, name) is None]
+        if lacks:
+            raise NotRun(f"bench {bench.stage.name!r} has no {' and no '.join(lacks)}")
+        if any(words.WORDS[step.verb].exclusive for step in scenario.steps):
+            bench.needs_exclusive()
+        if scenario.writes and (why := bench.why_not_commission()):
+            raise NotRun(why)
+        self._candidates = (bench.fresh(None, **scenario.parameters),)
+        if scenario.begin == "off":
+            return
+        self._operate()
+        if scenario.begin == "operational":
+            self._enter_operational()
+
+    def _enter_operational(self) -> None:
+        bench = self.bench
+        bench.wait(self.limits.emcy_ns)
+        bench.enter_operational()
+
+    def do(self, step: Step) -> None:
+        """Let the step's time pass, and do it.
+
+        Steps of keys that follow each other are handed to the bench together, because some
+        benches can time them better than we can from afar.
+        """
+        if step.verb == "keys":
+            last = self._batch[-1][0] if self._batch else self.bench.now()
+            self._batch.append((last + step.after_ns, held_by(self.bench, words.mask(step.what))))
+            return
+        self._flush()
+        self.bench.wait(step.after_ns)
+        self._verbs[step.verb](step.what)
+
+    def finish(self) -> list[Verdict]:
+        """Let everything show that still must; everything that was wrong, the first first."""
+        self._flush()
+        if self._mode == "operation":
+            self.bench.wait(self._tail_ns())
+        self._end_life(self.bench.now())
+        self.found += self.bench.monitored()
+        return in_order(self.found)
+
+    def _tail_ns(self) -> int:
+        assert self._own is not None
+        limits = self.limits
+        keys_ns = self._own.debounce_ns + limits.scan_ns + limits.key_frame_ns + limits.command_ns
+        each = self.bench.watch.expected.heartbeat_each.at_most_ns
+        return max(keys_ns, min(2 * each, MOST_BEATS_NS))
+
+    def _flush(self) -> None:
+        """Play the steps of keys that were gathered."""
+        batch, self._batch = self._batch, []
+        if batch:
+            assert self.bench.keys is not None
+            start = batch[0][0]
+            self.bench.wait_until(start)
+            self.bench.keys.sequence([(at - start, held) for at, held in batch])
+
+    # Lives.
+
+    def _begin_life(self, mode: str) -> None:
+        self._mode = mode
+        self._since = self.bench.trace.mark()
+        self._held = self.bench.keys.mask if self.bench.keys else 0
+        self._judged_until = None
+
+    def _end_life(self, until: int) -> Life | None:
+        """Judge what has just ended, up to an instant; None = the device was off."""
+        mode, self._mode = self._mode, ""
+        if not mode:
+            return None
+        bench = self.bench
+        bench.settle()
+        quiet = bench.watch.quiet_from(until)
+        if self._judged_until is not None:
+            quiet = min(quiet, self._judged_until)
+        life = Life(bench, self._node_id, self._since, self._held)
+        found = self._judge(mode, life, quiet)
+        if found and bench.stage.health is not None:
+            # The host of a model may have been stopped with a frame of it in hand.
+            bench.wait(LOOK_ON_NS)
+            bench.settle()
+            life = Life(bench, self._node_id, self._since, self._held)
+            found = self._judge(mode, life, quiet)
+        self.found += found
+        return life
+
+    def _judge(self, mode: str, life: Life, until: int) -> list[Verdict]:
+        if mode == "commissioning":
+            return judge_commissioning(self.bench, life, self._ready_at, until)
+        return judge_operation(self.bench, life, until, doubts=self._doubts)
+
+    # Power.
+
+    def _power(self, what: str) -> None:
+        bench = self.bench
+        assert bench.power is not None
+        if what == "off":
+            if bench.power.is_on:
+                self._switch_off()
+        elif not bench.power.is_on:
+            modes = {"regular": self._operate, "commissioning": self._commission}
+            mode = bench.start_mode()
+            if mode not in modes:
+                raise LeftOpen("which mode these keys lead to is left to the maker (COM-28)")
+            modes[mode]()
+
+    def _switch_off(self) -> None:
+        bench, mode = self.bench, self._mode
+        assert bench.power is not None
+        off = bench.power.off()
+        life = self._end_life(off.began_at)
+        if life is not None and mode == "commissioning":
+            (before,) = self._candidates
+            store_ns = self.limits.store_ns
+            self._candidates = stored(before, life.requests, life.echoes, off.when, store_ns)
+            changed = self._candidates != (before,)
+            self._came_from = "changed" if changed else "kept"
+            if changed:
+                bench.forget()
+
+    def _operate(self) -> None:
+        """Power on, and the boot-up of regular operation."""
+        bench = self.bench
+        if len(self._candidates) > 1:
+            self._identify()
+        (own,) = self._candidates
+        self._tune(own.bit_rate)
+        if own != bench.parameters:
+            bench.renewed(own, off=True)
+        self._own = own
+        self._begin_life("operation")
+        if bench.power is None:
+            bench.boot()
+            return
+        on = bench.power.on()
+        bench.expect(
+            matchers.boot_up(own.node_id),
+            after=on,
+            within=self.limits.boot_up_ns,
+            requirement=self._boot_requirement(),
+        )
+        self._came_from = ""
+
+    def _boot_requirement(self) -> str:
+        """What says that it boots now."""
+        if self.bench.held:
+            return "COM-27"  # keys, but not the two that lead to commissioning
+        return {"changed": "COM-06", "kept": "COM-29"}.get(self._came_from, "NMT-02")
+
+    def _identify(self) -> None:
+        """Power was cut while it stored: which of the two sets did it keep (COM-26)?"""
+        bench = self.bench
+        assert bench.power is not None
+        held = bench.held
+        rates = {each.bit_rate for each in self._candidates}
+        boots = {cobs.ERROR_CONTROL + each.node_id: each for each in self._candidates}
+        if len(rates) > 1 or len(boots) < len(self._candidates):
+            raise LeftOpen("the old set and the new one start alike")
+        bench.leave_unknown(rates.pop())
+        on = bench.power.on()
+        either = matchers.any_of(frozenset(boots), "boot-up of the old or the new node id")
+        boot = bench.expect(either, after=on, within=self.limits.boot_up_ns, requirement="COM-26")
+        bench.power.off()
+        if bench.keys is not None and held:
+            bench.keys.hold(*held)
+        self._candidates = (boots[boot.frame.can_id],)
+
+    def _commission(self) -> None:
+        """Power on with the commissioning keys held, and the time to initialise."""
+        bench = self.bench
+        assert bench.power is not None
+        if why := bench.why_not_commission():
+            raise NotRun(why)
+        if len(self._candidates) > 1:
+            self._identify()
+        self._tune(COMMISSIONING_RATE)
+        self._begin_life("commissioning")
+        on = bench.power.on()
+        self._ready_at = on.ended_at + self.limits.boot_up_ns
+        bench.wait(self.limits.boot_up_ns)
+
+    # The bus.
+
+    def _tune(self, bit_rate: int) -> None:
+        if bit_rate == self.bench.stage.bit_rate:
+            return
+        if self.bench.bitrate is None:
+            raise NotRun(f"bench {self.bench.stage.name!r} cannot change its bit rate")
+        self.bench.bitrate.set(bit_rate)
+
+    def _rate(self, what: str) -> None:
+        """The tester at another rate: nobody hears anybody; keys are not judged across that."""
+        rate = words.rate(what) or self._device_rate()
+        if rate == self.bench.stage.bit_rate:
+            return
+        if self._judged_until is None:
+            self._judged_until = self.bench.now()
+        self._tune(rate)
+
+    def _device_rate(self) -> int:
+        if self._mode == "commissioning" or self._own is None:
+            return COMMISSIONING_RATE if self._mode else self.bench.stage.bit_rate
+        return self._own.bit_rate
+
+    def _load(self, what: str) -> None:
+        share_ppm, frames = words.loading(what)
+        if share_ppm:
+            self.bench.needs_load(frames, share_ppm)
+        else:
+            self.bench.end_load()
+
+    def _post(self, frame: Frame) -> None:
+        """Queue a frame, if there is anybody who would acknowledge it."""
+        if not self._mode or self.bench.stage.bit_rate != self._device_rate():
+            return
+        try:
+            self.bench.post(frame)
+        except FrameNotCarried as error:
+            raise NotRun(str(error)) from None
+
+    @property
+    def _node_id(self) -> int:
+        return (self._own or self._candidates[0]).node_id
+
+    def _nmt(self, what: str) -> None:
+        command, to = words.command(what)
+        own = self._node_id
+        frame = nmt_frame(command, {"own": own, "all": 0, "other": own % 15 + 1}[to])
+        hears = self._mode == "operation" and self.bench.stage.bit_rate == self._device_rate()
+        if command in RESETS and to != "other" and hears:
+            self._reset(frame)
+        else:
+            self._post(frame)
+
+    def _reset(self, frame: Frame) -> None:
+        sent: Seen = self.bench.send(frame)
+        self.bench.expect(
+            matchers.boot_up(self._node_id),
+            after=sent,
+            within=self.limits.boot_up_ns,
+            requirement="NMT-06",
+        )
+
+    def _map(self, verb: str, what: str) -> None:
+        self._post(Frame(words.LED_MAPS[verb] + self._node_id, words.payload(what)))
+
+    def _raw(self, what: str) -> None:
+        frame, relative = words.sent(what)
+        if relative:
+            frame = Frame(
+                frame.can_id + self._node_id, frame.data, frame.remote, frame.extended, frame.dlc
+            )
+        self._post(frame)
+
+    def _request(self, what: str) -> None:
+        if self._mode == "commissioning" and self.bench.stage.bit_rate == COMMISSIONING_RATE:
+            self.bench.request(words.payload(what))  # and somebody must be there to hear it
+        else:
+            self._post(Frame(cobs.COMMISSION, words.payload(what)))
+
+    # LEDs.
+
+    def _look(self) -> None:
+        if self._mode == "operation" and self.bench.leds is not None:
+            self.bench.wait(self.limits.led_ns + LINGER_NS)
+            self.bench.leds.read()
+
+
+def held_by(bench: Bench, mask: int) -> frozenset[str]:
+    """The keys of a scenario's mask.
+
+    Bits 0 and 1 are the commissioning keys, in the order of their bits in the key frame;
+    further ones count from the last of the others.
+    """
+    names = bench.keys.names if bench.keys else ()
+    special = bench.profile.commissioning_keys
+    others = [name for name in names if name not in special]
+    order = (*(name for name in names if name in special), *reversed(others))
+    return frozenset(name for index, name in enumerate(order) if mask >> index & 1)
