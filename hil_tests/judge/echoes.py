@@ -137,7 +137,8 @@ def _cadence(
     last = echoes[-1].wanted if echoes else asked
     silent = stay.until - last.latest
     if silent > rules.each.at_most_ns and (echoes or request.at >= stay.ready_at):
-        name = "COM-05" if echoes else "COM-04"
+        longer = len(request.frame.data) > SIZE
+        name = "COM-05" if echoes else "COM-24" if longer else "COM-04"
         text = f"no echo for {show_span(silent)} after {request.frame}"
         at = last.latest + rules.each.at_most_ns
         yield Verdict(name, Outcome.FAIL, text, limits=rules.each, at=at)

@@ -66,8 +66,34 @@ Maps = tuple[int, int]
 
 DARK: Maps = (0, 0)
 
-_BREAKABLE = ("LED-06", "LED-04", "LED-21", "LED-03", "LED-20")
-"""Rules that explain a look when they are broken, in the order in which they are tried."""
+
+class Broken(Enum):
+    """One way to break a rule, which may explain a look; in the order in which they are tried."""
+
+    NOTHING = ""
+    SHORT_TAKEN = "LED-06"
+    LONG_REFUSED = "LED-06 "
+    TAKEN_OUTSIDE = "LED-04"
+    KEPT_OVER_RESET = "LED-21"
+    STEADY_CLEARS_BLINK = "LED-03"
+    BLINK_CLEARS_STEADY = "LED-03 "
+    STEADY_TAKES_FROM_BLINK = "LED-03  "
+    BLINK_TAKES_FROM_STEADY = "LED-03   "
+    OTHER_WINS = "LED-20"
+
+    @property
+    def requirement(self) -> str:
+        """The rule that is broken."""
+        return self.value.rstrip()
+
+
+_CROSSED: Mapping[Broken, tuple[bool, bool]] = {
+    Broken.STEADY_CLEARS_BLINK: (False, True),
+    Broken.BLINK_CLEARS_STEADY: (True, True),
+    Broken.STEADY_TAKES_FROM_BLINK: (False, False),
+    Broken.BLINK_TAKES_FROM_STEADY: (True, False),
+}
+"""Writing which map (True = blinking) touches the other: all of it (True), or the bits set."""
 
 
 class LightRules(NamedTuple):
@@ -86,16 +112,17 @@ class LightRules(NamedTuple):
 
 def judge_lights(events: Sequence[Event], rules: LightRules) -> Iterator[Verdict]:
     """The first look that nothing explains."""
-    for at, lights in _unexplained(events, rules, ""):
-        wrong = next(
+    for at, lights in _unexplained(events, rules, Broken.NOTHING):
+        explained = next(
             (
-                name
-                for name in _BREAKABLE
-                if at not in {look_at for look_at, _ in _unexplained(events, rules, name)}
+                broken.requirement
+                for broken in Broken
+                if broken is not Broken.NOTHING
+                and at not in {look_at for look_at, _ in _unexplained(events, rules, broken)}
             ),
-            None,
+            "",
         )
-        name = wrong or _plain(events, at, lights, rules)
+        name = explained or _plain(events, at, lights, rules)
         shown = ", ".join(f"{led} {light}" for led, light in lights.items() if light != "off")
         text = f"the LEDs show {shown or 'nothing'}, which no LED frame explains"
         yield Verdict(name, Outcome.FAIL, text, at=at)
@@ -104,8 +131,10 @@ def judge_lights(events: Sequence[Event], rules: LightRules) -> Iterator[Verdict
 
 def _plain(events: Sequence[Event], at: int, lights: Mapping[str, str], rules: LightRules) -> str:
     """LED-01 or LED-02: on which map the nearest explanation differs from the look."""
-    possible = next(maps for look, maps in _carried(events, rules, "") if look.at == at)
-    wants = [_lights(maps, rules, "") for maps in possible]
+    possible = next(
+        maps for look, maps in _carried(events, rules, Broken.NOTHING) if look.at == at
+    )
+    wants = [_lights(maps, rules, Broken.NOTHING) for maps in possible]
     nearest = min(wants, key=lambda want: sum(want[led] != lights.get(led) for led in want))
     differ = [
         (nearest[led], lights.get(led)) for led in nearest if nearest[led] != lights.get(led)
@@ -114,7 +143,7 @@ def _plain(events: Sequence[Event], at: int, lights: Mapping[str, str], rules: L
 
 
 def _unexplained(
-    events: Sequence[Event], rules: LightRules, broken: str
+    events: Sequence[Event], rules: LightRules, broken: Broken
 ) -> Iterator[tuple[int, Mapping[str, str]]]:
     """The looks that no possible pair of maps explains, with one rule broken."""
     for look, possible in _carried(events, rules, broken):
@@ -126,7 +155,7 @@ def _unexplained(
 
 
 def _carried(
-    events: Sequence[Event], rules: LightRules, broken: str
+    events: Sequence[Event], rules: LightRules, broken: Broken
 ) -> Iterator[tuple[Look, frozenset[Maps]]]:
     """Each look with every pair of maps that the device can hold then."""
     possible = frozenset((DARK,))
@@ -139,16 +168,23 @@ def _carried(
             case Leave():
                 possible |= {DARK}  # LED-22: what it keeps is its own choice
             case Restart(acts):
-                kept = possible if broken == "LED-21" or acts is not Chance.SURE else frozenset()
+                kept = (
+                    possible
+                    if broken is Broken.KEPT_OVER_RESET or acts is not Chance.SURE
+                    else frozenset()
+                )
                 possible = kept | {DARK}
 
 
 def _written(
-    possible: frozenset[Maps], write: Write, rules: LightRules, broken: str
+    possible: frozenset[Maps], write: Write, rules: LightRules, broken: Broken
 ) -> frozenset[Maps]:
-    if len(write.data) < rules.size and broken != "LED-06":
+    size = len(write.data)
+    if size < rules.size and broken is not Broken.SHORT_TAKEN:
         return possible
-    if write.acts is Chance.NO and broken != "LED-04":
+    if size > rules.size and broken is Broken.LONG_REFUSED:
+        return possible
+    if write.acts is Chance.NO and broken is not Broken.TAKEN_OUTSIDE:
         return possible
     every = sum(1 << bit for bit in rules.leds.values())
     new = int.from_bytes(write.data[: rules.size], "little") & every
@@ -156,17 +192,18 @@ def _written(
     return after if write.acts is not Chance.PERHAPS else after | possible
 
 
-def _changed(maps: Maps, new: int, *, blink: bool, broken: str) -> Maps:
-    steady, blinking = maps
-    if broken == "LED-03":
-        return (steady & ~new, new) if blink else (new, blinking & ~new)
-    return (steady, new) if blink else (new, blinking)
+def _changed(maps: Maps, new: int, *, blink: bool, broken: Broken) -> Maps:
+    other = maps[0] if blink else maps[1]
+    crossed = _CROSSED.get(broken)
+    if crossed is not None and crossed[0] is blink:
+        other = 0 if crossed[1] else other & ~new
+    return (other, new) if blink else (new, other)
 
 
-def _lights(maps: Maps, rules: LightRules, broken: str) -> dict[str, str]:
+def _lights(maps: Maps, rules: LightRules, broken: Broken) -> dict[str, str]:
     """What a pair of maps looks like."""
     steady, blinking = maps
-    if rules.steady_wins is not (broken == "LED-20"):
+    if rules.steady_wins is not (broken is Broken.OTHER_WINS):
         blinking &= ~steady
     else:
         steady &= ~blinking

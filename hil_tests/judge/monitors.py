@@ -94,7 +94,9 @@ class AllowedFrames:
         if rule is None and not self._identified:
             return  # without a node id nobody can say whose frame it is
         if rule is None or frame.extended or frame.remote:
-            self._suspect("ROB-02", f"the device sent {frame}, which is none of its frames", seen)
+            requirement = self._silence_rule(seen) or "ROB-02"
+            text = f"the device sent {frame}, which is none of its frames"
+            self._suspect(requirement, text, seen)
             return
         lengths, states, requirement = rule
         if len(frame.data) not in lengths:
@@ -120,13 +122,18 @@ class AllowedFrames:
         self._suspicions.append(Suspicion(requirement, text, seen, always_wrong))
 
     def _forbidden(self, seen: Seen, states: States, possible: States, requirement: str) -> None:
-        if State.COMMISSIONING in possible:
-            requirement = "COM-12" if self._requested else "COM-01"
+        requirement = self._silence_rule(seen) or requirement
         now = " or ".join(sorted(str(state) for state in possible))
         text = f"the device sent {seen.frame} while it was {now}"
         self._suspicions.append(
             Suspicion(requirement, text, seen, lambda when: self._state_check(when, states))
         )
+
+    def _silence_rule(self, seen: Seen) -> str:
+        """What forbids every frame but the echo, where the device is being commissioned."""
+        if State.COMMISSIONING not in self._timeline.possible(seen.wanted):
+            return ""
+        return "COM-12" if self._requested else "COM-01"
 
     def _state_check(self, when: Interval, states: States) -> Outcome:
         """FAIL where no possible state allows the frame at any instant of `when`."""

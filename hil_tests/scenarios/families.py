@@ -79,6 +79,14 @@ STRANGE_NMT = (
     "nmt start other",
     "nmt stop other",
     "nmt reset-node other",
+    "nmt stop alike",
+    "nmt reset-node alike",
+    "nmt 04",
+    "nmt 05",
+    "nmt 40",
+    "nmt 84",
+    "nmt C1",
+    "nmt FF",
     "nmt 00",
     "nmt 03",
     "nmt 7F",
@@ -125,6 +133,8 @@ REQUESTS = tuple(
         "0E02010000FE",
         "080203E80002",
         "06020000FF01",
+        "090281000001",
+        "040200640050",
     )
 )
 _BAD_REQUESTS = (
@@ -254,6 +264,7 @@ FAMILIES: Mapping[str, Family] = {
             *(f"cut {number}" for number in (3, 5, 11, 12)),
             *(f"cut {number}" for number in (3, 5, 11, 12)),
             "cycle", "wait-mode", "flip 1", "nmt start", "nmt start", "nmt reset-node", "wait",
+            "linger", "linger",
         ),
         lambda _: tuple(
             span * US for span in (0, 300, 1_000, 2_200, 5_000, 7_000, 20_000, 50_000, 600_000)

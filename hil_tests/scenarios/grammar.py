@@ -21,6 +21,7 @@ STORED_MS = (505, 610)
 
 OFF_MS = 300
 PAUSE_NS = 150 * MS
+LINGER_NS = 70_000 * MS
 
 
 class Teller:
@@ -77,6 +78,10 @@ class Teller:
         self._switch(after_ns, on=False)
         self._keys(0, BOTH)
         self._switch(OFF_MS * MS, on=True)
+
+    def _linger(self, after_ns: int, _: str) -> None:
+        """Longer than the longest heartbeat and debounce time."""
+        self._add(LINGER_NS + after_ns, "wait")
 
     def _commission(self, after_ns: int, what: str) -> None:
         """The whole procedure, and a regular start."""

@@ -6,6 +6,7 @@ from contextlib import suppress
 from dataclasses import replace
 
 from hil_tests.api import MS, Bench, DeviceFailure, InconclusiveResult, Interval, Outcome, Verdict
+from hil_tests.scenarios.blame import better
 from hil_tests.scenarios.player import LeftOpen, Player
 from hil_tests.scenarios.scenario import Scenario
 
@@ -74,7 +75,8 @@ def _played(bench: Bench, scenario: Scenario, *, doubts: bool) -> Player:
 
 def _verdicts(player: Player) -> list[Verdict]:
     found = player.finish()
-    return [each if each.requirement else replace(each, requirement=GONE) for each in found]
+    named = [each if each.requirement else replace(each, requirement=GONE) for each in found]
+    return [better(player.bench, player.node_id, each) for each in named]
 
 
 def _look_from(bench: Bench, verdict: Verdict) -> Interval:

@@ -7,6 +7,7 @@ start, to initialise after a reset) is waited for, so that a scenario means the 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 from hil_tests.api import (
     MS,
@@ -38,6 +39,13 @@ MOST_BEATS_NS = 3_000 * MS
 """A scenario waits for two beats at its end, but no longer than this."""
 
 
+_COMES_FROM = {"changed": "COM-06", "retuned": "COM-07", "kept": "COM-29", "cut": "COM-26"}
+"""What says that it boots, by what was done to its memory before."""
+
+_TIMES = ("KEY-04", "KEY-05", "HB-01", "HB-05", "HB-06")
+"""Requirements that tell with which parameters a device works."""
+
+
 class LeftOpen(Exception):
     """From here on nobody can say what the device must do: what was played so far is judged."""
 
@@ -63,7 +71,12 @@ class Player:
         self._own: Parameters | None = None
         self._candidates: tuple[Parameters, ...] = ()
         self._came_from = ""
-        """What its last stay in commissioning did to its memory: "changed", "kept" or nothing."""
+        """What its last stay in commissioning did to its memory: a key of `_COMES_FROM`, or
+        nothing; "cut" = one set or the other, as its node id showed."""
+        self._littered = False
+        """Since its last boot-up it was sent frames that must change nothing."""
+        self._mixed = False
+        """In this life it must work with the whole set to which its node id belongs."""
         self._since = (0, 0)
         self._held = 0
         self._mode = ""
@@ -126,8 +139,17 @@ class Player:
         if self._mode == "operation":
             self.bench.wait(self._tail_ns())
         self._end_life(self.bench.now())
-        self.found += self.bench.monitored()
+        self.found += self._whole(self.bench.monitored())
         return in_order(self.found)
+
+    def _whole(self, found: list[Verdict]) -> list[Verdict]:
+        """Times of another set than that of its node id: a mixture of both (COM-26)."""
+        if not self._mixed:
+            return found
+        return [
+            replace(each, requirement="COM-26") if each.requirement in _TIMES else each
+            for each in found
+        ]
 
     def _tail_ns(self) -> int:
         assert self._own is not None
@@ -163,13 +185,13 @@ class Player:
         quiet = bench.watch.quiet_from(until)
         if self._judged_until is not None:
             quiet = min(quiet, self._judged_until)
-        life = Life(bench, self._node_id, self._since, self._held)
+        life = Life(bench, self.node_id, self._since, self._held)
         found = self._judge(mode, life, quiet)
         if found and bench.stage.health is not None:
             # The host of a model may have been stopped with a frame of it in hand.
             bench.wait(LOOK_ON_NS)
             bench.settle()
-            life = Life(bench, self._node_id, self._since, self._held)
+            life = Life(bench, self.node_id, self._since, self._held)
             found = self._judge(mode, life, quiet)
         self.found += found
         return life
@@ -177,7 +199,7 @@ class Player:
     def _judge(self, mode: str, life: Life, until: int) -> list[Verdict]:
         if mode == "commissioning":
             return judge_commissioning(self.bench, life, self._ready_at, until)
-        return judge_operation(self.bench, life, until, doubts=self._doubts)
+        return self._whole(judge_operation(self.bench, life, until, doubts=self._doubts))
 
     # Power.
 
@@ -205,6 +227,8 @@ class Player:
             self._candidates = stored(before, life.requests, life.echoes, off.when, store_ns)
             changed = self._candidates != (before,)
             self._came_from = "changed" if changed else "kept"
+            if changed and len({each.bit_rate_code for each in (before, *self._candidates)}) > 1:
+                self._came_from = "retuned"
             if changed:
                 bench.forget()
 
@@ -218,6 +242,7 @@ class Player:
         if own != bench.parameters:
             bench.renewed(own, off=True)
         self._own = own
+        self._mixed = self._came_from == "cut"
         self._begin_life("operation")
         if bench.power is None:
             bench.boot()
@@ -229,13 +254,15 @@ class Player:
             within=self.limits.boot_up_ns,
             requirement=self._boot_requirement(),
         )
-        self._came_from = ""
+        self._came_from, self._littered = "", False
 
     def _boot_requirement(self) -> str:
         """What says that it boots now."""
         if self.bench.held:
             return "COM-27"  # keys, but not the two that lead to commissioning
-        return {"changed": "COM-06", "kept": "COM-29"}.get(self._came_from, "NMT-02")
+        return {"changed": "COM-06", "kept": "COM-29", "cut": "COM-26"}.get(
+            self._came_from, "NMT-02"
+        )
 
     def _identify(self) -> None:
         """Power was cut while it stored: which of the two sets did it keep (COM-26)?"""
@@ -253,6 +280,7 @@ class Player:
         bench.power.off()
         if bench.keys is not None and held:
             bench.keys.hold(*held)
+        self._came_from = "cut"
         self._candidates = (boots[boot.frame.can_id],)
 
     def _commission(self) -> None:
@@ -309,15 +337,17 @@ class Player:
             raise NotRun(str(error)) from None
 
     @property
-    def _node_id(self) -> int:
+    def node_id(self) -> int:
+        """Of the device; in commissioning the one that it had."""
         return (self._own or self._candidates[0]).node_id
 
     def _nmt(self, what: str) -> None:
         command, to = words.command(what)
-        own = self._node_id
-        frame = nmt_frame(command, {"own": own, "all": 0, "other": own % 15 + 1}[to])
+        own = self.node_id
+        ids = {"own": own, "all": 0, "other": own % 15 + 1, "alike": own + 16}
+        frame = nmt_frame(command, ids[to])
         hears = self._mode == "operation" and self.bench.stage.bit_rate == self._device_rate()
-        if command in RESETS and to != "other" and hears:
+        if command in RESETS and to in {"own", "all"} and hears:
             self._reset(frame)
         else:
             self._post(frame)
@@ -325,22 +355,23 @@ class Player:
     def _reset(self, frame: Frame) -> None:
         sent: Seen = self.bench.send(frame)
         self.bench.expect(
-            matchers.boot_up(self._node_id),
+            matchers.boot_up(self.node_id),
             after=sent,
             within=self.limits.boot_up_ns,
             requirement="NMT-06",
         )
 
     def _map(self, verb: str, what: str) -> None:
-        self._post(Frame(words.LED_MAPS[verb] + self._node_id, words.payload(what)))
+        self._post(Frame(words.LED_MAPS[verb] + self.node_id, words.payload(what)))
 
     def _raw(self, what: str) -> None:
         frame, relative = words.sent(what)
         if relative:
             frame = Frame(
-                frame.can_id + self._node_id, frame.data, frame.remote, frame.extended, frame.dlc
+                frame.can_id + self.node_id, frame.data, frame.remote, frame.extended, frame.dlc
             )
         self._post(frame)
+        self._littered = True
 
     def _request(self, what: str) -> None:
         if self._mode == "commissioning" and self.bench.stage.bit_rate == COMMISSIONING_RATE:

@@ -18,7 +18,9 @@ COMMANDS = {
     "reset-node": Nmt.RESET_NODE,
     "reset-communication": Nmt.RESET_COMMUNICATION,
 }
-TO = ("own", "all", "other")
+TO = ("own", "all", "other", "alike")
+"""The device, everybody, its neighbour, and one whose id ends in the same four bits."""
+
 OWN_RATE = 0
 """The bit rate at which the device runs."""
 

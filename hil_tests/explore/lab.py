@@ -1,0 +1,71 @@
+"""Benches for exploring: a model, right or faulty, in virtual time, without pytest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+
+from hil_tests.bench.bench import Bench
+from hil_tests.bench.virtual import VirtualStage
+from hil_tests.config import load_profile
+from hil_tests.errors import ConfigError
+from hil_tests.judge.verdict import NotRun, Outcome, Verdict
+from hil_tests.scenarios.play import play
+from hil_tests.scenarios.scenario import Scenario
+from node_model import faults, keypad
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A scenario in which a device broke something.
+
+    Args:
+        scenario: what was played.
+        verdicts: everything that was certainly wrong, the first first; at least one.
+    """
+
+    scenario: Scenario
+    verdicts: tuple[Verdict, ...]
+
+    @property
+    def requirements(self) -> frozenset[str]:
+        """Everything that was broken."""
+        return frozenset(verdict.requirement for verdict in self.verdicts)
+
+
+class Lab:
+    """A virtual bench on which scenario after scenario is played.
+
+    Args:
+        profile: name or file.
+        model: mutant or variant; None = the right model.
+
+    Raises:
+        ConfigError: no such profile or model, or none that the bundled model can be.
+    """
+
+    def __init__(self, profile: str = "keypad", model: str | None = None) -> None:
+        facts = load_profile(profile)
+        try:
+            faults.make(model, keypad.load(facts.path))
+            stage = VirtualStage(partial(faults.make, model), keypad.load(facts.path), "virtual")
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise ConfigError(f"no such model: {error}") from error
+        self.bench = Bench(stage, facts, facts.factory)
+        self.played = 0
+
+    def play(self, scenario: Scenario) -> Finding | None:
+        """Play one scenario on a fresh device; None where nothing is found."""
+        self.bench.begin_example()
+        self.played += 1
+        try:
+            verdicts = play(self.bench, scenario, doubts=False)
+        except NotRun:
+            return None
+        wrong = tuple(each for each in verdicts if each.outcome is Outcome.FAIL)
+        return Finding(scenario, wrong) if wrong else None
+
+    def hunt(self, scenarios: Iterator[Scenario]) -> Iterator[Finding | None]:
+        """The outcome of scenario after scenario."""
+        return map(self.play, scenarios)

@@ -1,0 +1,60 @@
+"""Which requirement a verdict belongs to, where what was done just before tells it better.
+
+A wrong state is blamed on the transition (NMT-07), a boot-up that nobody asked for on NMT-02.
+If the device was right until a frame came that looks like an NMT command for it and is none,
+it should have ignored that frame (NMT-05); if it restarts after any other frame, it is the
+traffic that it did not stand (ROB-01).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from hil_tests.api import Bench, Frame, Verdict, cobs
+
+_BY_STATE = frozenset(("NMT-02", "NMT-03", "NMT-07", "KEY-01", "KEY-06", "KEY-07"))
+"""Verdicts that a wrong NMT state leads to."""
+
+_LOOK_BACK = 400
+"""Frames."""
+
+
+def better(bench: Bench, node_id: int, verdict: Verdict) -> Verdict:
+    """The verdict, with the requirement that says most about its cause."""
+    if verdict.requirement not in _BY_STATE or verdict.at is None:
+        return verdict
+    lure = _lure(bench, node_id, verdict.at)
+    if lure is None:
+        return verdict
+    if not lure.can_id:
+        name = "NMT-05"
+    elif verdict.requirement == "NMT-02" and _restarted(bench, node_id, verdict.at):
+        name = "ROB-01"
+    else:
+        return verdict
+    return replace(verdict, requirement=name, text=f"{verdict.text}, after {lure}")
+
+
+def _lure(bench: Bench, node_id: int, at: int) -> Frame | None:
+    """The last frame that the device should have ignored, if it was right before it."""
+    trace = bench.trace
+    index = min(trace.index_at(at), len(trace) - 1)
+    lure: Frame | None = None
+    for place in range(index, max(index - _LOOK_BACK, -1), -1):
+        sighting = trace.frame(place)
+        frame = sighting.frame
+        if sighting.own:
+            if cobs.nmt_for(frame, node_id) is not None:
+                return None
+            lure = lure or frame
+        elif lure is not None and frame.can_id == cobs.ERROR_CONTROL + node_id:
+            return lure
+    return None
+
+
+def _restarted(bench: Bench, node_id: int, at: int) -> bool:
+    """Whether the verdict is about a boot-up that came."""
+    trace = bench.trace
+    index = min(trace.index_at(at), len(trace) - 1)
+    frame = trace.frame(index).frame
+    return frame.can_id == cobs.ERROR_CONTROL + node_id and frame.data == b"\x00"
