@@ -260,9 +260,7 @@ class Player:
         """What says that it boots now."""
         if self.bench.held:
             return "COM-27"  # keys, but not the two that lead to commissioning
-        return {"changed": "COM-06", "kept": "COM-29", "cut": "COM-26"}.get(
-            self._came_from, "NMT-02"
-        )
+        return _COMES_FROM.get(self._came_from, "ROB-01" if self._littered else "NMT-02")
 
     def _identify(self) -> None:
         """Power was cut while it stored: which of the two sets did it keep (COM-26)?"""
