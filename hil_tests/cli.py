@@ -115,6 +115,24 @@ def _doctor(words: Sequence[str]) -> int:
     return UNAVAILABLE if any(finding.is_needed for finding in findings) else 0
 
 
+def _explore(words: Sequence[str]) -> int:
+    from hil_tests.explore import command  # noqa: PLC0415
+
+    return command.explore(Parser("nodeproof explore"), words)
+
+
+def _play(words: Sequence[str]) -> int:
+    from hil_tests.explore import command  # noqa: PLC0415
+
+    return command.play(Parser("nodeproof play"), words)
+
+
+def _distil(words: Sequence[str]) -> int:
+    from hil_tests.explore import command  # noqa: PLC0415
+
+    return command.distil(Parser("nodeproof distil"), words)
+
+
 def _mutants(words: Sequence[str]) -> int:
     from hil_tests.run.catalogue import mutant_table  # noqa: PLC0415
 
@@ -198,6 +216,9 @@ COMMANDS: Mapping[str, tuple[str, Callable[[Sequence[str]], int]]] = {
     "vcan": ("run a command where SocketCAN exists: here, or in a virtual machine", _vcan),
     "doctor": ("say what this machine, and the bench of a bench file, can do", _doctor),
     "mutants": ("list the faulty models that can be put under test", _mutants),
+    "explore": ("play made-up scenarios on the model, on every core, for a time", _explore),
+    "play": ("play one scenario on the model, and show every frame", _play),
+    "distil": ("find a small set of scenarios that shows every faulty model", _distil),
     "requirements": ("list the requirements that a device is judged by", _requirements),
 }
 """Name -> text for people, what to do."""

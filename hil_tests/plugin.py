@@ -57,6 +57,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if plan.settings["can_clause"]:
         items[:], others = selection.by_clause(items, plan.settings["can_clause"])
         config.hook.pytest_deselected(items=others)
+    if plan.settings["can_scenario"]:
+        items[:], others = selection.by_scenario(items)
+        config.hook.pytest_deselected(items=others)
     selection.mark_not_run(ours, plan)
     properties.fit(config, ours)
 

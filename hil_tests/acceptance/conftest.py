@@ -1,4 +1,4 @@
-"""Sets Hypothesis up before the tests of this folder are imported."""
+"""Sets Hypothesis up before the tests of this folder are imported; hands out stored scenarios."""
 
 from __future__ import annotations
 
@@ -10,3 +10,11 @@ def pytest_configure(config: pytest.Config) -> None:
     from hil_tests.run.properties import prepare  # noqa: PLC0415 - imports Hypothesis
 
     prepare(config)
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """One test for each scenario that this run plays."""
+    if "stored" in metafunc.fixturenames:
+        from hil_tests.run import stash, stories  # noqa: PLC0415 - where it is needed
+
+        metafunc.parametrize("stored", stories.parameters(stash.plan_of(metafunc.config)))

@@ -59,6 +59,7 @@ def test_lights_follow_the_frames(bench: Bench, story: Scenario) -> None:
 
 
 @VIRTUAL
+@pytest.mark.explores
 @pytest.mark.requirement("ROB-01", "NMT-04", "NMT-06", "KEY-06")
 def test_state_machine(bench: Bench) -> None:
     """A machine that chooses what to do next finds nothing either."""

@@ -15,6 +15,7 @@ import pytest
 
 PREFIX = "nodeproof_"
 _YES = frozenset(("1", "yes", "true", "on"))
+_SEVERAL = frozenset(("list", "lines"))
 _NO = frozenset(("0", "no", "false", "off", ""))
 
 
@@ -26,7 +27,7 @@ class Option:
         name: on the command line, without dashes, e.g. "can-iface".
         help: for a bench technician.
         metavar: what stands behind it; "" = a switch.
-        kind: "text", "int", "switch" or "list".
+        kind: "text", "int", "switch", "list" (of words) or "lines".
         choices: the only values; () = any.
         default: where nobody says anything.
     """
@@ -120,8 +121,15 @@ OPTIONS = (
     ),
     Option(
         "can-budget",
-        "real benches: time for stored scenarios (which this version has not yet)",
+        "real benches: time for stored scenarios, e.g. 3min; the most telling ones that fit are"
+        " played, the others are named (default 10min)",
         "TIME",
+    ),
+    Option(
+        "can-scenario",
+        "play this scenario, as a finding printed it, and nothing else; may be repeated",
+        "TEXT",
+        "lines",
     ),
     Option(
         "can-report-pdf",
@@ -166,14 +174,16 @@ def register(parser: pytest.Parser) -> None:
             extra["action"] = "store_true"
         else:
             extra["metavar"] = option.metavar
-            if option.kind == "list":
+            if option.kind in _SEVERAL:
                 extra["action"] = "append"
             elif option.kind == "int":
                 extra["type"] = int
             elif option.choices:
                 extra["choices"] = option.choices
         group.addoption(f"--{option.name}", **extra)
-        kind: Any = {"list": "args", "switch": "bool"}.get(option.kind, "string")
+        kind: Any = {"list": "args", "lines": "linelist", "switch": "bool"}.get(
+            option.kind, "string"
+        )
         parser.addini(option.key, option.help, type=kind, default=None)
 
 
@@ -213,7 +223,9 @@ def _find(config: pytest.Config, option: Option) -> tuple[Any, str]:
     written = config.getini(option.key)
     if written not in {None, ""} if not isinstance(written, list) else written:
         return _parse(option, written, f"ini setting {option.key}"), "ini"
-    default = [] if option.kind == "list" else False if option.kind == "switch" else option.default
+    default = (
+        [] if option.kind in _SEVERAL else False if option.kind == "switch" else option.default
+    )
     return default, "default"
 
 
@@ -224,6 +236,7 @@ def _parse(option: Option, text: Any, where: str) -> Any:
         "int": _whole,
         "switch": _switch,
         "list": str.split,
+        "lines": str.splitlines,
         "text": str,
     }
     try:

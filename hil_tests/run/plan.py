@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import attrs
 
+from hil_tests.clock import FOREVER, parse_span
 from hil_tests.config import BenchFile, DeviceProfile, Parameters, load_bench, load_profile
 from hil_tests.errors import ConfigError
 from hil_tests.requirements import Requirement, load
@@ -22,6 +23,10 @@ EXTERNAL = "external"
 ALL_FACILITIES = ("power", "keys", "leds", "bitrate")
 _MODEL_CHANNELS = ("vcan", "vxcan")
 _MODEL_INTERFACES = ("virtual", "udp_multicast")
+
+
+BUDGET = "10min"
+"""Time for stored scenarios on a real bench, where nobody says."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +74,13 @@ class Plan:
     def is_external(self) -> bool:
         """The device is the user's own."""
         return self.device == EXTERNAL
+
+    @property
+    def budget_ns(self) -> int:
+        """Time for stored scenarios; in virtual time they cost none."""
+        if self.virtual:
+            return FOREVER
+        return parse_span(self.settings["can_budget"] or BUDGET)
 
     @property
     def writes_allowed(self) -> bool:
@@ -190,10 +202,18 @@ def _check(
     if node_id is not None and node_id not in profile.node_ids:
         ids = profile.node_ids
         wrong.append(f"node id {node_id}: a {profile.name} has one of {ids[0]} .. {ids[-1]}")
-    if settings["can_budget"]:
-        wrong.append("--can-budget chooses among stored scenarios, which this version has not yet")
+    wrong += _unknown_budget(settings["can_budget"])
     if wrong:
         raise ConfigError("\n".join(wrong))
+
+
+def _unknown_budget(text: str | None) -> list[str]:
+    """What is wrong with a time for stored scenarios."""
+    try:
+        parse_span(text or BUDGET)
+    except ValueError as error:
+        return [f"--can-budget {error}"]
+    return []
 
 
 def unknown_mutant(name: str) -> list[str]:

@@ -92,7 +92,7 @@ def why_not(item: pytest.Item, plan: Plan) -> str:
     marker = item.get_closest_marker("timed")
     if marker and not plan.timed:
         return f"{plan.channel} is an untimed wire: {_reason(marker)}"
-    names = getattr(item, "fixturenames", ())
+    names = {*getattr(item, "fixturenames", ()), *_needs(item)}
     lacks = [name for name in ALL_FACILITIES if name in names and name not in plan.facilities]
     if lacks:
         return lacking(plan, lacks)
@@ -106,6 +106,21 @@ def lacking(plan: Plan, lacks: Sequence[str]) -> str:
     sections = " and ".join(f"[{name}]" for name in lacks)
     where = "its file" if plan.bench_file else "a bench file (--can-bench FILE)"
     return f"bench {plan.bench_name!r} has no {missing} (it has {has}); add {sections} to {where}"
+
+
+def by_scenario(items: Iterable[pytest.Item]) -> tuple[list[pytest.Item], list[pytest.Item]]:
+    """The tests that play the scenarios of the command line, and the others."""
+    chosen: list[pytest.Item] = []
+    others: list[pytest.Item] = []
+    for item in items:
+        (chosen if "stored" in getattr(item, "fixturenames", ()) else others).append(item)
+    return chosen, others
+
+
+def _needs(item: pytest.Item) -> tuple[str, ...]:
+    """Facilities that a test names in a marker."""
+    marker = item.get_closest_marker("needs")
+    return tuple(map(str, marker.args)) if marker else ()
 
 
 def _shown(facility: str) -> str:

@@ -19,6 +19,8 @@ MARKERS = (
     "requirement(*ids): the requirements that a test claims; checks blame the first one",
     "virtual(why): runs in virtual time only",
     "timed(why): needs a wire with arbitration and bit times",
+    "needs(*facilities): facilities that a test needs besides those that it asks for",
+    "explores: plays many examples; the record of the last one that fails is kept",
 )
 
 SETTINGS = pytest.StashKey[options.Settings]()
@@ -72,4 +74,6 @@ def is_ours(item: pytest.Item) -> bool:
 
 def is_property(item: pytest.Item) -> bool:
     """Whether Hypothesis runs the test, many times."""
+    if item.get_closest_marker("explores") is not None:
+        return True
     return hasattr(getattr(item, "obj", None), "hypothesis")

@@ -212,23 +212,23 @@ _QUICK = _givens(heartbeat_ms=(50, 20, 100, 30), node_id=(6, 15, 1), debounce=(1
 _SHORT = _givens(heartbeat_ms=(10, 20, 10), node_id=(6, 15), debounce=(0, 1))
 
 FAMILIES: Mapping[str, Family] = {
-    "keys": Family("operational", _PANEL, FLIPS, near_limits, 3),
+    "keys": Family("operational", _PANEL, FLIPS, near_limits, 8),
     "comings": Family(
-        "operational", _PANEL, (*FLIPS, *WAYS, *WAYS[:2], _RESETS[0]), near_limits, 3
+        "operational", _PANEL, (*FLIPS, *WAYS, *WAYS[:2], _RESETS[0]), near_limits, 8
     ),
     "commands": Family(
         "pre-operational",
         _QUICK,
         (*WAYS, *WAYS, *_RESETS, *STRANGE_NMT, "flip 1"),
         _fixed(0, 1, 15, 45, 55, 110, 160),
-        3,
+        8,
     ),
     "starts": Family(
         "off",
         _QUICK,
         ("cycle", *WAYS[:3], *_RESETS, *FLIPS[:5], "led FF", "look"),
         _fixed(1, 20, 60, 120, 400),
-        2,
+        3,
         ("cycle",),
     ),
     "lights": Family(
@@ -236,14 +236,14 @@ FAMILIES: Mapping[str, Family] = {
         _QUICK,
         (*LED_MAPS, *_STRANGE_MAPS, *WAYS[:3], *_RESETS[:2], "look", "look", "look", "flip 1"),
         _fixed(0, 5, 60, 700),
-        2,
+        3,
     ),
     "waits": Family(
         "off",
         _QUICK,
         (*_BAD_REQUESTS, *_BAD_REQUESTS, *_BUSY, *NOISE, *FLIPS[2:4], "flip 1", *REQUESTS[:3]),
         _fixed(0, 1, 20, 150),
-        2,
+        4,
         ("wait-mode",),
         _REVEALS,
     ),
@@ -252,7 +252,7 @@ FAMILIES: Mapping[str, Family] = {
         _QUICK,
         (*REQUESTS, *_BAD_REQUESTS, *_BUSY, *_BUSY, *NOISE[:32], *FLIPS[:4], "wait"),
         _fixed(0, 1, 20, 101, 350, 2500),
-        2,
+        4,
         ("wait-mode", "any-request"),
         _REVEALS,
     ),
@@ -269,7 +269,7 @@ FAMILIES: Mapping[str, Family] = {
         lambda _: tuple(
             span * US for span in (0, 300, 1_000, 2_200, 5_000, 7_000, 20_000, 50_000, 600_000)
         ),
-        2,
+        3,
         ("cycle",),
         _REVEALS,
     ),
@@ -278,7 +278,7 @@ FAMILIES: Mapping[str, Family] = {
         _QUICK,
         (*NOISE, *_BUSY, *WAYS[:3], *FLIPS[:3], *REQUESTS, "cycle"),
         _fixed(0, 0.2, 3, 55),
-        3,
+        6,
         closing=_REVEALS,
     ),
     "loads": Family(
@@ -300,7 +300,7 @@ FAMILIES: Mapping[str, Family] = {
         _QUICK,
         ("rate 500000", "rate 20000", "rate own", "rate own", *FLIPS[:3], *WAYS[:3], "cycle"),
         _fixed(5, 60, 300),
-        1,
+        2,
     ),
     "everything": Family(
         "operational",
@@ -311,7 +311,7 @@ FAMILIES: Mapping[str, Family] = {
             *(f"commission {number}" for number in range(4)),
         ),
         near_limits,
-        3,
+        5,
         closing=_REVEALS,
     ),
 }  # fmt: skip
