@@ -112,7 +112,8 @@ class BenchCore:
 
     def expected(self, parameters: Parameters | None) -> Expected:
         """What the judge is told about the device."""
-        return expected_of(self.profile, parameters, exclusive=self.stage.exclusive)
+        stage = self.stage
+        return expected_of(self.profile, parameters, exclusive=stage.exclusive, fades=stage.fades)
 
     def _new_watch(self, *, off: bool) -> Watch:
         port = self.stage.port

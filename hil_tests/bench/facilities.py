@@ -44,12 +44,14 @@ class Power:
         return bench.note(Moment("power", when.earliest, when.latest, detail))
 
     def off(self) -> Moment:
-        """Supply off."""
+        """Supply off; a board that lives on for a while is given the time to die."""
         bench = self._bench
         when = bench.carry_out(self._driver.switch(on=False))
         self.is_on = False
         self._off_since = when.latest
-        return bench.note(Moment("power", when.earliest, when.latest, {"on": False}))
+        moment = bench.note(Moment("power", when.earliest, when.latest, {"on": False}))
+        bench.wait(bench.watch.expected.fade_ns)
+        return moment
 
     def forget(self) -> None:
         """Another device is there now, without power and free to be switched on."""

@@ -44,6 +44,7 @@ class RealStage:
         bit_rate: at which it runs, bit/s.
         exclusive: nothing else lives on the bus.
         writes_allowed: non-volatile memory may be written.
+        fades: capacitors keep the device alive for a while when its supply is cut.
         leave: closes what stands behind it, last opened first.
     """
 
@@ -58,12 +59,14 @@ class RealStage:
         exclusive: bool,
         writes_allowed: bool,
         leave: ExitStack,
+        fades: bool = True,
     ) -> None:
         self.name = name
         self.port = port
         self.bit_rate = bit_rate
         self.exclusive = exclusive
         self.writes_allowed = writes_allowed
+        self.fades = fades
         self.power: PowerDriver | None = None
         self.keys: KeysDriver | None = None
         self.leds: LedsDriver | None = None

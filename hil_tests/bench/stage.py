@@ -41,6 +41,9 @@ class Stage(Protocol):
     writes_allowed: bool
     """Tests may write the device's non-volatile memory."""
 
+    fades: bool
+    """Capacitors keep the device alive for a while when its supply is cut."""
+
     bit_rate: int
     """At which the tester's end runs now, bit/s."""
 

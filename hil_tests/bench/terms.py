@@ -25,9 +25,16 @@ def interval_of(when: When) -> Interval:
 
 
 def expected_of(
-    profile: DeviceProfile, parameters: Parameters | None, *, exclusive: bool
+    profile: DeviceProfile, parameters: Parameters | None, *, exclusive: bool, fades: bool = False
 ) -> Expected:
-    """What the judge is told about a device with these parameters; None = not known."""
+    """What the judge is told about a device.
+
+    Args:
+        profile: its facts and limits.
+        parameters: what it is commissioned to; None = not known.
+        exclusive: nobody else is on the bus.
+        fades: without supply it lives on for a while, at most as long as a power cycle takes.
+    """
     limits = profile.limits
     period_ns = parameters.heartbeat_ns if parameters else 0
     each = limits.heartbeat_each_ns(period_ns) if period_ns else (0, FOREVER)
@@ -45,5 +52,6 @@ def expected_of(
         boot_up_ns=limits.boot_up_ns,
         key_bytes=profile.key_frame_bytes,
         emcy_ns=limits.emcy_ns,
+        fade_ns=limits.power_off_ns if fades else 0,
         exclusive=exclusive,
     )

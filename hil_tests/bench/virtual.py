@@ -172,6 +172,7 @@ class VirtualStage:
 
     virtual = True
     exclusive = True
+    fades = False
     writes_allowed = True
     health: HealthDriver | None = None
     timed_sequences = False

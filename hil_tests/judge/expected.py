@@ -22,6 +22,7 @@ class Expected:
         boot_up_ns: from power-on or reset to boot-up, at most.
         key_bytes: length of a key frame.
         emcy_ns: from boot-up to its EMCY, at most.
+        fade_ns: how long its capacitors may keep it alive once its supply is cut.
         exclusive: nobody else is on the bus, so every frame of others is the device's.
         neighbours: identifiers of stations that the bench itself put on the bus.
     """
@@ -36,5 +37,6 @@ class Expected:
     boot_up_ns: int
     key_bytes: int = 1
     emcy_ns: int = 0
+    fade_ns: int = 0
     exclusive: bool = True
     neighbours: frozenset[int] = frozenset()

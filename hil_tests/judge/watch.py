@@ -64,7 +64,8 @@ class Watch:
         self._beat_id = -1 if expected.node_id is None else ERROR_CONTROL + expected.node_id
         self._beat: Frame | None = None
         self._deaf = rate is not None and expected.bit_rate not in {None, rate}
-        self._lossy_until = -1
+        self._fades_until = -1
+        """Its supply was cut, and its capacitors may keep it alive until then."""
 
     def _is_device(self, frame: Frame) -> bool:
         if self.expected.exclusive:
@@ -126,8 +127,8 @@ class Watch:
     def _device(self, seen: Seen) -> None:
         frame = seen.frame
         self._allowed.see(seen)
-        if self.expected.node_id is None:
-            return
+        if self.expected.node_id is None or seen.wanted.earliest <= self._fades_until:
+            return  # whose it is nobody can say, or it is dying, and owes nothing any more
         self._boot.see(seen)
         if frame.can_id == self._beat_id and not frame.extended and not frame.remote:
             self._heartbeats.see(seen)
@@ -192,8 +193,10 @@ class Watch:
 
     def _power(self, moment: Moment) -> None:
         if not moment.detail.get("on"):
-            self.timeline.power_off(moment.when)
-            self._silence(moment.when)
+            when = moment.when
+            self._fades_until = when.latest + self.expected.fade_ns
+            self.timeline.power_off(Interval(when.earliest, self._fades_until))
+            self._silence(when)
             return
         mode = _MODES.get(str(moment.detail.get("mode")))
         self._allowed.powered()

@@ -98,6 +98,7 @@ def _fitted(plan: Plan, capture: Capture | None, undo: ExitStack) -> Stage:
         exclusive=plan.exclusive,
         writes_allowed=plan.writes_allowed,
         leave=leave,
+        fades=plan.is_external,
     )
     if not plan.is_external:
         session = real.open_session(stage, _model(plan, stage, leave), leave)

@@ -95,6 +95,7 @@ class FakeStage:
 
     virtual = False
     exclusive = True
+    fades = False
     health: Any = None
     timed_sequences = False
     sees_edges = False

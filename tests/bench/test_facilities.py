@@ -8,7 +8,7 @@ import pytest
 
 from hil_tests.bench.facilities import Keys, Leds, Power
 from hil_tests.clock import MS
-from tests.bench.fakes import PROFILE, FakeStage, bench_of
+from tests.bench.fakes import HOME, PROFILE, FakeStage, bench_of
 
 
 def test_power_is_in_the_trace_with_what_was_held() -> None:
@@ -122,3 +122,13 @@ def test_what_a_stage_lacks_the_bench_lacks() -> None:
     bench, _ = bench_of(without=["power", "keys", "leds", "bitrate"])
     assert (bench.power, bench.keys, bench.leds, bench.bitrate) == (None,) * 4
     assert bench.held == frozenset()
+
+
+def test_a_board_is_given_the_time_to_die() -> None:
+    """Where capacitors may keep it alive, switching off takes as long as a power cycle needs."""
+    bench, stage = bench_of()
+    assert isinstance(bench.power, Power)
+    stage.fades = True
+    bench.renewed(HOME, off=False)
+    off = bench.power.off()
+    assert bench.now() - off.ended_at == PROFILE.limits.power_off_ns

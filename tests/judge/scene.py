@@ -25,6 +25,7 @@ def device(
     heartbeat_ms: int | None = 100,
     bit_rate: int | None = 250_000,
     exclusive: bool = True,
+    fade_ms: int = 0,
 ) -> Expected:
     """A node 5 with a heartbeat of 100 ms: each interval 95..105 ms, their mean 98..102 ms.
 
@@ -41,6 +42,7 @@ def device(
         command_ns=50 * MS,
         boot_up_ns=1 * S,
         emcy_ns=100 * MS,
+        fade_ns=fade_ms * MS,
         exclusive=exclusive,
     )
 

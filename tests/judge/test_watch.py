@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from hil_tests.clock import MS, Interval
 from hil_tests.judge.cobs import Nmt, State
 from hil_tests.trace import EventKind, Moment, Sighting
@@ -170,3 +172,13 @@ def test_a_node_in_either_mode_may_obey_a_reset() -> None:
         if boots:
             scene.see(Frame(BEAT, b"\x00"), 70)
         assert ("NMT-02" in scene.blamed(3000)) is not boots
+
+
+@pytest.mark.parametrize(("last_ms", "blamed"), [(1190, []), (1210, ["ROB-02"])])
+def test_a_board_may_outlive_its_supply_for_a_while(last_ms: int, blamed: list[str]) -> None:
+    """Capacitors carry it on for as long as a power cycle takes; a frame after that is wrong."""
+    scene = Scene(device(fade_ms=200)).started()
+    scene.beats([100, 200, 300, 400, 500, 600, 700, 800, 900, 1000])
+    scene.power(1000, on=False)
+    scene.beats([1060, last_ms])
+    assert scene.blamed(2000)[:1] == blamed
