@@ -137,6 +137,13 @@ REQUESTS = tuple(
         "040200640050",
     )
 )
+_LONG_SPANS = tuple(
+    f"commission {number}"
+    for number, request in enumerate(REQUESTS)
+    if request[12:16] >= "2000" or request[18:20] >= "20"
+)
+"""Heartbeats of 8 s and more, debounce times of 3.2 s and more."""
+
 _BAD_REQUESTS = (
     *(
         f"request {data}"
@@ -272,6 +279,15 @@ FAMILIES: Mapping[str, Family] = {
         3,
         ("cycle",),
         _REVEALS,
+    ),
+    "spans": Family(
+        "off",
+        _QUICK,
+        ("linger", "flip 1", "nmt start", "flip 10", "wait", *_LONG_SPANS),
+        _fixed(60, 150, 300),
+        1,
+        ("cycle", "any-long-span", "nmt start"),
+        ("flip 1", "linger", "flip 1", "linger"),
     ),
     "noise": Family(
         "operational",

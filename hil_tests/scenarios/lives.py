@@ -7,11 +7,10 @@ from collections.abc import Iterator
 from hil_tests.api import ECHO_PERIOD_NS, Bench, Limits, Outcome, Verdict
 from hil_tests.clock import FOREVER
 from hil_tests.judge.echoes import EchoRules, Stay, judge_echoes
-from hil_tests.judge.keys import judge_keys
 from hil_tests.judge.lights import LightRules, judge_lights
 from hil_tests.judge.starts import judge_starts
 from hil_tests.scenarios.record import Life
-from hil_tests.scenarios.story import doubted, key_rules, timeline_of
+from hil_tests.scenarios.story import doubted, judge_key_frames, key_rules
 
 
 def judge_operation(bench: Bench, life: Life, until: int, *, doubts: bool) -> list[Verdict]:
@@ -24,7 +23,7 @@ def judge_operation(bench: Bench, life: Life, until: int, *, doubts: bool) -> li
         doubts: also what is wrong only if every doubt goes against the device.
     """
     profile = bench.profile
-    found = judge_keys(timeline_of(life, until), key_rules(bench), doubts=doubts)
+    found = judge_key_frames(life, key_rules(bench), until, doubts=doubts)
     found += judge_starts(life.starts, life.emergencies, profile.limits.emcy_ns, until)
     rules = LightRules(profile.led_bits, profile.led_frame_bytes, profile.both_set == "steady")
     found += judge_lights(life.lights, rules)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from hil_tests.api import MS, Bench, NotRun, Outcome, Verdict
 from hil_tests.judge.keys import KeyRules, KeyTimeline, judge_keys
@@ -66,12 +67,12 @@ class KeyStory:
         bench = self._bench
         until = bench.watch.quiet_from(bench.now())
         bench.settle()
-        found = judge_keys(self.timeline(until), self.rules())
+        found = judge_key_frames(self.life(), self.rules(), until)
         if any(verdict.outcome is Outcome.FAIL for verdict in found):
             # A host may have been stopped with a frame of its model in hand.
             bench.wait(LOOK_ON_NS)
             bench.settle()
-            found = judge_keys(self.timeline(until), self.rules())
+            found = judge_key_frames(self.life(), self.rules(), until)
         return doubted(found, self.life())
 
     def judge(self, *claims: str) -> None:
@@ -117,6 +118,30 @@ def key_rules(bench: Bench) -> KeyRules:
         command_ns=limits.command_ns,
         releases_reported=profile.releases_reported,
     )
+
+
+_BY_TIME = frozenset(("KEY-02", "KEY-04", "KEY-05", "KEY-06", "KEY-22"))
+"""Verdicts on keys that rest on the debounce time."""
+
+
+def _unfiltered(verdict: Verdict) -> Verdict:
+    """What a debounce time of 0 means is our own reading: whoever filters departs from that."""
+    return replace(verdict, requirement="COM-23") if verdict.requirement in _BY_TIME else verdict
+
+
+def judge_key_frames(
+    life: Life, rules: KeyRules, until: int, *, doubts: bool = True
+) -> list[Verdict]:
+    """What is wrong with the key frames of a life.
+
+    Args:
+        life: as it was recorded.
+        rules: facts and limits.
+        until: every frame that was asked for before this is in it.
+        doubts: also what is wrong only if every doubt goes against the device.
+    """
+    found = judge_keys(timeline_of(life, until), rules, doubts=doubts)
+    return found if rules.debounce_ns else [_unfiltered(verdict) for verdict in found]
 
 
 def timeline_of(life: Life, until: int) -> KeyTimeline:
