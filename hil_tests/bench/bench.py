@@ -150,11 +150,13 @@ class Bench(JudgingBench):
     def boot(self) -> Seen:
         """Power on, or reset where the bench has no Power, and the boot-up that follows."""
         on: Moment | Seen = self.power.on() if self.power else self.nmt(Nmt.RESET_NODE)
+        # That it starts regularly with keys held is our own reading of the source.
+        requirement = "COM-27" if self.held else "NMT-02"
         return self.expect(
             matchers.boot_up(self.node_id),
             after=on,
             within=self.profile.limits.boot_up_ns,
-            requirement="NMT-02",
+            requirement=requirement,
         )
 
     def operational(self, prefer: Mapping[str, int] | None = None, **needed: int) -> Seen:

@@ -111,13 +111,15 @@ class JudgingBench(BenchCore):
         Raises:
             DeviceFailure, InconclusiveResult: what it found.
         """
-        for verdict in self.monitored():
+        self._close_watch(off=False)
+        for verdict in self._found:
             self.conclude(verdict)
 
     def monitored(self) -> list[Verdict]:
-        """What the monitors have found in this test so far."""
+        """What the monitors have found in this test so far, for the caller to conclude."""
         self._close_watch(off=False)
-        return list(self._found)
+        found, self._found = self._found, []
+        return found
 
     # Looking.
 

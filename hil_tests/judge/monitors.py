@@ -163,6 +163,7 @@ class BootUp:
         self._excused = 0
         self._since = Interval(0, 0)
         self._grace_ns = 0
+        self._name = "NMT-02"
         self._suspicions: list[Suspicion] = []
         self._missing: list[Silence] = []
 
@@ -217,7 +218,7 @@ class BootUp:
         limit_at = self._since.latest + limit
         if self._owed and self._since.latest >= 0 and until > limit_at:
             text = f"no boot-up within {show_span(limit)} after the reset"
-            verdict = Verdict("NMT-02", Outcome.FAIL, text, at=until)
+            verdict = Verdict(self._name, Outcome.FAIL, text, at=until)
             self._missing.append(Silence(verdict, limit_at, until))
             self._owed = 0
 
@@ -226,8 +227,13 @@ class BootUp:
         self._overdue(when.earliest)
         self._owed = 1 if by is None else self._owed + 1
         self._excused = 0 if by is None else self._excused
+        self._name = "NMT-02"
         self._since = when
         self._grace_ns = 0 if by is None else self._expected.command_ns
+
+    def keys_held(self) -> None:
+        """Keys are held at this start: that it is a regular one is our own reading (COM-27)."""
+        self._name = "COM-27"
 
     def commanded(self, when: Interval) -> None:
         """Nothing that concerns a boot-up."""

@@ -209,6 +209,8 @@ class Watch:
                 monitor.silenced(when)
         if mode is None:
             self._boot.tolerate()
+        elif moment.detail.get("held"):
+            self._boot.keys_held()
 
     def _silence(self, when: Interval) -> None:
         when = self._calm(when)

@@ -201,6 +201,9 @@ _BUSY = (
     "send 3F8#R6",
     "send +200#0F",
     "send +300#F0",
+    "send +701#00",
+    "send 77F#00",
+    "send +701#04",
     "send 123#060200320001",
     "send 3F8#060200320001",
     "send 4F9#060200320001",
@@ -292,7 +295,7 @@ FAMILIES: Mapping[str, Family] = {
     "noise": Family(
         "operational",
         _QUICK,
-        (*NOISE, *_BUSY, *WAYS[:3], *FLIPS[:3], *REQUESTS, "cycle"),
+        (*NOISE, *_BUSY, *WAYS[:3], *FLIPS[:3], *REQUESTS, "cycle", *(("flood",) * 6)),
         _fixed(0, 0.2, 3, 55),
         6,
         closing=_REVEALS,

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hil_tests.clock import MS
-from hil_tests.scenarios.families import FAMILIES, REQUESTS
+from hil_tests.scenarios.families import FAMILIES, NOISE, REQUESTS
 from hil_tests.scenarios.scenario import Scenario, Step
 
 BOTH = 0b11
@@ -78,6 +78,12 @@ class Teller:
         self._switch(after_ns, on=False)
         self._keys(0, BOTH)
         self._switch(OFF_MS * MS, on=True)
+
+    def _flood(self, after_ns: int, _: str) -> None:
+        """Garbage without a pause."""
+        self._add(after_ns, "wait")
+        for frame in NOISE:
+            self._add(0, "send", frame.removeprefix("send "))
 
     def _linger(self, after_ns: int, _: str) -> None:
         """Longer than the longest heartbeat and debounce time."""
