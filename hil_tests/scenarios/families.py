@@ -137,7 +137,7 @@ REQUESTS = tuple(
         "040200640050",
     )
 )
-_LONG_SPANS = tuple(
+LONG_SPANS = tuple(
     f"commission {number}"
     for number, request in enumerate(REQUESTS)
     if request[12:16] >= "2000" or request[18:20] >= "20"
@@ -286,7 +286,7 @@ FAMILIES: Mapping[str, Family] = {
     "spans": Family(
         "off",
         _QUICK,
-        ("linger", "flip 1", "nmt start", "flip 10", "wait", *_LONG_SPANS),
+        ("linger", "flip 1", "nmt start", "flip 10", "wait", *LONG_SPANS),
         _fixed(60, 150, 300),
         1,
         ("cycle", "any-long-span", "nmt start"),

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hil_tests.clock import MS
-from hil_tests.scenarios.families import FAMILIES, NOISE, REQUESTS
+from hil_tests.scenarios.families import FAMILIES, LONG_SPANS, NOISE, REQUESTS
 from hil_tests.scenarios.scenario import Scenario, Step
 
 BOTH = 0b11
@@ -78,6 +78,10 @@ class Teller:
         self._switch(after_ns, on=False)
         self._keys(0, BOTH)
         self._switch(OFF_MS * MS, on=True)
+
+    def _any_long_span(self, after_ns: int, _: str) -> None:
+        """Commissioned to the long times whose turn it is."""
+        self.tell(after_ns, LONG_SPANS[self._number % len(LONG_SPANS)])
 
     def _flood(self, after_ns: int, _: str) -> None:
         """Garbage without a pause."""
