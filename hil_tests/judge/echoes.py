@@ -107,12 +107,18 @@ def _content(
 ) -> Iterator[Verdict]:
     """Bytes 0..5 are those of the request that was taken, for ever."""
     right = request.frame.data[:SIZE]
-    later = {each.frame.data[:SIZE] for each in requests if each.at > request.at}
     for echo in echoes:
         if echo.data[:SIZE] != right:
-            name = "COM-21" if echo.data[:SIZE] in later else "COM-05"
+            name = "COM-21" if _asked_again(requests, request, echo.wanted.latest) else "COM-05"
             yield _fail(name, f"the echo is {echo.data.hex(' ').upper()}", echo, request.frame)
             return
+
+
+def _asked_again(requests: Sequence[Request], first: Request, until: int) -> bool:
+    """Whether another 4F8h had come by then; that it changes nothing is our own reading."""
+    return any(
+        first.at < each.at <= until and each.frame.can_id == COMMISSION for each in requests
+    )
 
 
 def _cadence(
@@ -127,7 +133,8 @@ def _cadence(
         measured = after.since(before)
         if limits.check(measured) is Outcome.FAIL and (index or request.at >= stay.ready_at):
             text = f"interval {index} of the echo" if index else "first echo after 4F8h"
-            yield Verdict("COM-05", Outcome.FAIL, text, measured, limits, after.latest)
+            name = "COM-21" if _asked_again(stay.requests, request, after.latest) else "COM-05"
+            yield Verdict(name, Outcome.FAIL, text, measured, limits, after.latest)
             return
     if len(spans) > ENOUGH:
         mean = mean_interval([echo.wanted for echo in echoes])

@@ -7,7 +7,6 @@ start, to initialise after a reset) is waited for, so that a scenario means the 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 
 from hil_tests.api import (
     MS,
@@ -25,6 +24,7 @@ from hil_tests.api import (
 from hil_tests.scenarios import words
 from hil_tests.scenarios.lives import in_order, judge_commissioning, judge_operation
 from hil_tests.scenarios.memory import stored
+from hil_tests.scenarios.origins import Origin
 from hil_tests.scenarios.record import RESETS, Life
 from hil_tests.scenarios.scenario import Scenario, Step
 
@@ -37,13 +37,6 @@ LOOK_ON_NS = 250 * MS
 
 MOST_BEATS_NS = 3_000 * MS
 """A scenario waits for two beats at its end, but no longer than this."""
-
-
-_COMES_FROM = {"changed": "COM-06", "retuned": "COM-07", "kept": "COM-29", "cut": "COM-26"}
-"""What says that it boots, by what was done to its memory before."""
-
-_TIMES = ("KEY-04", "KEY-05", "HB-01", "HB-05", "HB-06")
-"""Requirements that tell with which parameters a device works."""
 
 
 class LeftOpen(Exception):
@@ -70,13 +63,7 @@ class Player:
         self._batch: list[tuple[int, frozenset[str]]] = []
         self._own: Parameters | None = None
         self._candidates: tuple[Parameters, ...] = ()
-        self._came_from = ""
-        """What its last stay in commissioning did to its memory: a key of `_COMES_FROM`, or
-        nothing; "cut" = one set or the other, as its node id showed."""
-        self._littered = False
-        """Since its last boot-up it was sent frames that must change nothing."""
-        self._mixed = False
-        """In this life it must work with the whole set to which its node id belongs."""
+        self._origin = Origin()
         self._since = (0, 0)
         self._held = 0
         self._mode = ""
@@ -139,17 +126,8 @@ class Player:
         if self._mode == "operation":
             self.bench.wait(self._tail_ns())
         self._end_life(self.bench.now())
-        self.found += self._whole(self.bench.monitored())
+        self.found += self._origin.told(self.bench.monitored())
         return in_order(self.found)
-
-    def _whole(self, found: list[Verdict]) -> list[Verdict]:
-        """Times of another set than that of its node id: a mixture of both (COM-26)."""
-        if not self._mixed:
-            return found
-        return [
-            replace(each, requirement="COM-26") if each.requirement in _TIMES else each
-            for each in found
-        ]
 
     def _tail_ns(self) -> int:
         assert self._own is not None
@@ -199,7 +177,7 @@ class Player:
     def _judge(self, mode: str, life: Life, until: int) -> list[Verdict]:
         if mode == "commissioning":
             return judge_commissioning(self.bench, life, self._ready_at, until)
-        return self._whole(judge_operation(self.bench, life, until, doubts=self._doubts))
+        return self._origin.told(judge_operation(self.bench, life, until, doubts=self._doubts))
 
     # Power.
 
@@ -225,11 +203,8 @@ class Player:
             (before,) = self._candidates
             store_ns = self.limits.store_ns
             self._candidates = stored(before, life.requests, life.echoes, off.when, store_ns)
-            changed = self._candidates != (before,)
-            self._came_from = "changed" if changed else "kept"
-            if changed and len({each.bit_rate_code for each in (before, *self._candidates)}) > 1:
-                self._came_from = "retuned"
-            if changed:
+            self._origin.stayed(before, self._candidates, life.requests)
+            if self._candidates != (before,):
                 bench.forget()
 
     def _operate(self) -> None:
@@ -242,7 +217,6 @@ class Player:
         if own != bench.parameters:
             bench.renewed(own, off=True)
         self._own = own
-        self._mixed = self._came_from == "cut"
         self._begin_life("operation")
         if bench.power is None:
             bench.boot()
@@ -252,15 +226,9 @@ class Player:
             matchers.boot_up(own.node_id),
             after=on,
             within=self.limits.boot_up_ns,
-            requirement=self._boot_requirement(),
+            requirement=self._origin.starts(on.began_at, held=bool(bench.held)),
         )
-        self._came_from, self._littered = "", False
-
-    def _boot_requirement(self) -> str:
-        """What says that it boots now."""
-        if self.bench.held:
-            return "COM-27"  # keys, but not the two that lead to commissioning
-        return _COMES_FROM.get(self._came_from, "ROB-01" if self._littered else "NMT-02")
+        self._origin.started()
 
     def _identify(self) -> None:
         """Power was cut while it stored: which of the two sets did it keep (COM-26)?"""
@@ -278,7 +246,7 @@ class Player:
         bench.power.off()
         if bench.keys is not None and held:
             bench.keys.hold(*held)
-        self._came_from = "cut"
+        self._origin.identified()
         self._candidates = (boots[boot.frame.can_id],)
 
     def _commission(self) -> None:
@@ -369,7 +337,7 @@ class Player:
                 frame.can_id + self.node_id, frame.data, frame.remote, frame.extended, frame.dlc
             )
         self._post(frame)
-        self._littered = True
+        self._origin.littered()
 
     def _request(self, what: str) -> None:
         if self._mode == "commissioning" and self.bench.stage.bit_rate == COMMISSIONING_RATE:
