@@ -29,6 +29,14 @@ def settle(bench: Bench) -> None:
     bench.wait(bench.profile.limits.led_ns + LINGER_NS)
 
 
+def start_dark(bench: Bench, prefer: Mapping[str, int] = PREFERRED) -> None:
+    """Operational, both maps empty: what LEDs show after a start is our own reading (LED-21)."""
+    bench.operational(prefer)
+    bench.send(Frame(steady_id(bench), led_data(bench, ())))
+    bench.send(Frame(blink_id(bench), led_data(bench, ())))
+    settle(bench)
+
+
 def steady_id(bench: Bench) -> int:
     """COB-ID of the map of steady LEDs."""
     return cobs.LED_STEADY + bench.node_id

@@ -8,11 +8,11 @@ from itertools import pairwise
 import pytest
 
 from hil_tests.acceptance.led_steps import (
-    PREFERRED,
     blink_id,
     led_data,
     set_blinking,
     set_steady,
+    start_dark,
     steady_id,
 )
 from hil_tests.api import MS, Bench, Frame, Interval, Leds, Limits, NotRun
@@ -56,7 +56,7 @@ def effect_of(bench: Bench, leds: Leds, frame: Frame) -> tuple[int, list[tuple[I
 def test_steady_light_follows_in_time(bench: Bench, leds: Leds) -> None:
     """All LEDs go on, and off again, within the limit after the frame."""
     needs_edges(bench, leds)
-    bench.operational(PREFERRED)
+    start_dark(bench)
     limits = Limits(at_most_ns=bench.profile.limits.led_ns)
     for names in (leds.names, ()):
         frame = Frame(steady_id(bench), led_data(bench, names))
@@ -71,7 +71,7 @@ def test_steady_light_follows_in_time(bench: Bench, leds: Leds) -> None:
 def test_blinking_begins_and_ends_in_time(bench: Bench, leds: Leds) -> None:
     """A lit LED that leaves the maps while it blinks goes dark within the limit, and stays so."""
     needs_edges(bench, leds)
-    bench.operational(PREFERRED)
+    start_dark(bench)
     led_ns = bench.profile.limits.led_ns
     period_ns = bench.profile.blink_on_ns + bench.profile.blink_off_ns
     name = leds.names[0]
@@ -92,7 +92,7 @@ def test_blinking_begins_and_ends_in_time(bench: Bench, leds: Leds) -> None:
 def test_blink_follows_the_profile(bench: Bench, leds: Leds) -> None:
     """Each complete light and each complete dark of every LED is as long as the profile says."""
     needs_edges(bench, leds)
-    bench.operational(PREFERRED)
+    start_dark(bench)
     profile = bench.profile
     tolerance_ns = profile.limits.led_ns
     sent = set_blinking(bench, leds.names)
@@ -111,7 +111,7 @@ def test_blink_follows_the_profile(bench: Bench, leds: Leds) -> None:
 def test_leds_blink_in_step(bench: Bench, leds: Leds) -> None:
     """LEDs that blink together change together, also those that joined later."""
     needs_edges(bench, leds)
-    bench.operational(PREFERRED)
+    start_dark(bench)
     profile = bench.profile
     set_blinking(bench, leds.names[:1])
     bench.wait((profile.blink_on_ns + profile.blink_off_ns) // 3)
@@ -142,7 +142,7 @@ def test_leds_blink_in_step(bench: Bench, leds: Leds) -> None:
 def test_steady_light_does_not_flicker(bench: Bench, leds: Leds) -> None:
     """While other LEDs blink, and while maps are written anew, steady LEDs do not change."""
     needs_edges(bench, leds)
-    bench.operational(PREFERRED)
+    start_dark(bench)
     half, rest = leds.names[::2], leds.names[1::2]
     set_steady(bench, half)
     sent = set_blinking(bench, rest)

@@ -75,6 +75,7 @@ class Broken(Enum):
     LONG_REFUSED = "LED-06 "
     TAKEN_OUTSIDE = "LED-04"
     KEPT_OVER_RESET = "LED-21"
+    LIT_AFTER_RESET = "LED-21 "
     STEADY_CLEARS_BLINK = "LED-03"
     BLINK_CLEARS_STEADY = "LED-03 "
     STEADY_TAKES_FROM_BLINK = "LED-03  "
@@ -168,12 +169,17 @@ def _carried(
             case Leave():
                 possible |= {DARK}  # LED-22: what it keeps is its own choice
             case Restart(acts):
-                kept = (
-                    possible
-                    if broken is Broken.KEPT_OVER_RESET or acts is not Chance.SURE
-                    else frozenset()
-                )
-                possible = kept | {DARK}
+                sure = acts is Chance.SURE and broken is not Broken.KEPT_OVER_RESET
+                fresh = _after_reset(rules, broken)
+                possible = fresh if sure else possible | fresh
+
+
+def _after_reset(rules: LightRules, broken: Broken) -> frozenset[Maps]:
+    """What the maps can be then."""
+    if broken is not Broken.LIT_AFTER_RESET:
+        return frozenset((DARK,))
+    every = sum(1 << bit for bit in rules.leds.values())
+    return frozenset((steady, blink) for steady in (0, every) for blink in (0, every))
 
 
 def _written(
