@@ -70,10 +70,20 @@ def taken(requests: Sequence[Request]) -> Request | None:
     return next((request for request in requests if is_valid(request.frame)), None)
 
 
+def _heard(stay: Stay) -> Request | None:
+    """As `taken`; one that came before the device surely waited may have been missed."""
+    valid = [request for request in stay.requests if is_valid(request.frame)]
+    early = sum(request.at < stay.ready_at for request in valid)
+    heard = valid[: early + 1]
+    shown = stay.echoes[0].data[:SIZE] if stay.echoes else None
+    echoed = (each for each in heard if each.frame.data[:SIZE] == shown)
+    return next(echoed, heard[-1] if heard else None)
+
+
 def judge_echoes(stay: Stay, rules: EchoRules) -> Iterator[Verdict]:
     """What is wrong in a stay, in no order."""
-    request = taken(stay.requests)
     echoes = list(stay.echoes)
+    request = _heard(stay)
     if echoes and (request is None or echoes[0].wanted.latest < request.at):
         why = _lured(echoes[0], stay.requests)
         if why is not None:  # else before any frame: the monitor of allowed frames says so

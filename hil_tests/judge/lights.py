@@ -2,14 +2,16 @@
 
 A pure function of the whole story: it carries the set of all pairs of maps that the device
 can hold, and asks of each look whether one of them explains what was seen. Where none does,
-it asks which single rule, if broken, would: that one is blamed.
+it asks which rule, if broken, would: that one is blamed, and what the source says only where
+no other reading of it explains what was seen.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from enum import Enum
-from typing import NamedTuple
+from itertools import combinations
+from typing import NamedTuple, assert_never
 
 from hil_tests.judge.verdict import Outcome, Verdict
 
@@ -68,25 +70,46 @@ DARK: Maps = (0, 0)
 
 
 class Broken(Enum):
-    """One way to break a rule, which may explain a look; in the order in which they are tried."""
+    """One way to break a rule, which may explain a look."""
 
-    NOTHING = ""
     SHORT_TAKEN = "LED-06"
     LONG_REFUSED = "LED-06 "
-    TAKEN_OUTSIDE = "LED-04"
     KEPT_OVER_RESET = "LED-21"
     LIT_AFTER_RESET = "LED-21 "
+    OTHER_WINS = "LED-20"
+    TAKEN_OUTSIDE = "LED-04"
     STEADY_CLEARS_BLINK = "LED-03"
     BLINK_CLEARS_STEADY = "LED-03 "
     STEADY_TAKES_FROM_BLINK = "LED-03  "
     BLINK_TAKES_FROM_STEADY = "LED-03   "
-    OTHER_WINS = "LED-20"
 
     @property
     def requirement(self) -> str:
         """The rule that is broken."""
         return self.value.rstrip()
 
+
+Ways = frozenset[Broken]
+"""Broken together; none = the device is right."""
+
+_READINGS = (
+    Broken.SHORT_TAKEN,
+    Broken.LONG_REFUSED,
+    Broken.KEPT_OVER_RESET,
+    Broken.LIT_AFTER_RESET,
+    Broken.OTHER_WINS,
+)
+"""Where our own reading of the source may not be the device's, in one thing or in several."""
+
+_SUSPECTS: tuple[Ways, ...] = (
+    *(
+        frozenset(ways)
+        for count in range(1, len(_READINGS) + 1)
+        for ways in combinations(_READINGS, count)
+    ),
+    *(frozenset((broken,)) for broken in Broken if broken not in _READINGS),
+)
+"""In the order in which they are tried: what the source itself says is broken last."""
 
 _CROSSED: Mapping[Broken, tuple[bool, bool]] = {
     Broken.STEADY_CLEARS_BLINK: (False, True),
@@ -113,29 +136,27 @@ class LightRules(NamedTuple):
 
 def judge_lights(events: Sequence[Event], rules: LightRules) -> Iterator[Verdict]:
     """The first look that nothing explains."""
-    for at, lights in _unexplained(events, rules, Broken.NOTHING):
-        explained = next(
-            (
-                broken.requirement
-                for broken in Broken
-                if broken is not Broken.NOTHING
-                and at not in {look_at for look_at, _ in _unexplained(events, rules, broken)}
-            ),
-            "",
-        )
-        name = explained or _plain(events, at, lights, rules)
+    for at, lights in _unexplained(events, rules, frozenset()):
+        name = _explained(events, rules, at) or _plain(events, at, lights, rules)
         shown = ", ".join(f"{led} {light}" for led, light in lights.items() if light != "off")
         text = f"the LEDs show {shown or 'nothing'}, which no LED frame explains"
         yield Verdict(name, Outcome.FAIL, text, at=at)
         return
 
 
+def _explained(events: Sequence[Event], rules: LightRules, at: int) -> str:
+    """The rule that, if broken, explains every look, or else that one; "" = none does."""
+    wrong = {ways: [look for look, _ in _unexplained(events, rules, ways)] for ways in _SUSPECTS}
+    whole = (ways for ways in _SUSPECTS if not wrong[ways])
+    first = (ways for ways in _SUSPECTS if at not in wrong[ways])
+    found = next(whole, None) or next(first, frozenset())
+    return next((broken.requirement for broken in Broken if broken in found), "")
+
+
 def _plain(events: Sequence[Event], at: int, lights: Mapping[str, str], rules: LightRules) -> str:
     """LED-01 or LED-02: on which map the nearest explanation differs from the look."""
-    possible = next(
-        maps for look, maps in _carried(events, rules, Broken.NOTHING) if look.at == at
-    )
-    wants = [_lights(maps, rules, Broken.NOTHING) for maps in possible]
+    possible = next(maps for look, maps in _carried(events, rules, frozenset()) if look.at == at)
+    wants = [_lights(maps, rules, frozenset()) for maps in possible]
     nearest = min(wants, key=lambda want: sum(want[led] != lights.get(led) for led in want))
     differ = [
         (nearest[led], lights.get(led)) for led in nearest if nearest[led] != lights.get(led)
@@ -144,9 +165,9 @@ def _plain(events: Sequence[Event], at: int, lights: Mapping[str, str], rules: L
 
 
 def _unexplained(
-    events: Sequence[Event], rules: LightRules, broken: Broken
+    events: Sequence[Event], rules: LightRules, broken: Ways
 ) -> Iterator[tuple[int, Mapping[str, str]]]:
-    """The looks that no possible pair of maps explains, with one rule broken."""
+    """The looks that no possible pair of maps explains, with some rules broken."""
     for look, possible in _carried(events, rules, broken):
         shown = [_lights(maps, rules, broken) for maps in possible]
         if not look.operational:
@@ -156,7 +177,7 @@ def _unexplained(
 
 
 def _carried(
-    events: Sequence[Event], rules: LightRules, broken: Broken
+    events: Sequence[Event], rules: LightRules, broken: Ways
 ) -> Iterator[tuple[Look, frozenset[Maps]]]:
     """Each look with every pair of maps that the device can hold then."""
     possible = frozenset((DARK,))
@@ -169,28 +190,30 @@ def _carried(
             case Leave():
                 possible |= {DARK}  # LED-22: what it keeps is its own choice
             case Restart(acts):
-                sure = acts is Chance.SURE and broken is not Broken.KEPT_OVER_RESET
+                sure = acts is Chance.SURE and Broken.KEPT_OVER_RESET not in broken
                 fresh = _after_reset(rules, broken)
                 possible = fresh if sure else possible | fresh
+            case _:
+                assert_never(event)
 
 
-def _after_reset(rules: LightRules, broken: Broken) -> frozenset[Maps]:
+def _after_reset(rules: LightRules, broken: Ways) -> frozenset[Maps]:
     """What the maps can be then."""
-    if broken is not Broken.LIT_AFTER_RESET:
+    if Broken.LIT_AFTER_RESET not in broken:
         return frozenset((DARK,))
     every = sum(1 << bit for bit in rules.leds.values())
     return frozenset((steady, blink) for steady in (0, every) for blink in (0, every))
 
 
 def _written(
-    possible: frozenset[Maps], write: Write, rules: LightRules, broken: Broken
+    possible: frozenset[Maps], write: Write, rules: LightRules, broken: Ways
 ) -> frozenset[Maps]:
     size = len(write.data)
-    if size < rules.size and broken is not Broken.SHORT_TAKEN:
+    if size < rules.size and Broken.SHORT_TAKEN not in broken:
         return possible
-    if size > rules.size and broken is Broken.LONG_REFUSED:
+    if size > rules.size and Broken.LONG_REFUSED in broken:
         return possible
-    if write.acts is Chance.NO and broken is not Broken.TAKEN_OUTSIDE:
+    if write.acts is Chance.NO and Broken.TAKEN_OUTSIDE not in broken:
         return possible
     every = sum(1 << bit for bit in rules.leds.values())
     new = int.from_bytes(write.data[: rules.size], "little") & every
@@ -198,18 +221,18 @@ def _written(
     return after if write.acts is not Chance.PERHAPS else after | possible
 
 
-def _changed(maps: Maps, new: int, *, blink: bool, broken: Broken) -> Maps:
+def _changed(maps: Maps, new: int, *, blink: bool, broken: Ways) -> Maps:
     other = maps[0] if blink else maps[1]
-    crossed = _CROSSED.get(broken)
-    if crossed is not None and crossed[0] is blink:
-        other = 0 if crossed[1] else other & ~new
+    for crossed in (_CROSSED[each] for each in broken if each in _CROSSED):
+        if crossed[0] is blink:
+            other = 0 if crossed[1] else other & ~new
     return (other, new) if blink else (new, other)
 
 
-def _lights(maps: Maps, rules: LightRules, broken: Broken) -> dict[str, str]:
+def _lights(maps: Maps, rules: LightRules, broken: Ways) -> dict[str, str]:
     """What a pair of maps looks like."""
     steady, blinking = maps
-    if rules.steady_wins is not (broken is Broken.OTHER_WINS):
+    if rules.steady_wins is not (Broken.OTHER_WINS in broken):
         blinking &= ~steady
     else:
         steady &= ~blinking

@@ -168,8 +168,9 @@ class Life:
             self.lights.append(Write(base == cobs.LED_BLINK, frame.data, self._acts(seen.at)))
 
     def _acts(self, at: int) -> Chance:
-        """Whether a frame at that instant found the device operational."""
-        possible = self._bench.watch.timeline.possible(Interval(at, at))
+        """Whether a frame at that instant found the device operational when it took effect."""
+        takes_effect = Interval(at, at + self._limits.led_ns)
+        possible = self._bench.watch.timeline.possible(takes_effect)
         if State.OPERATIONAL not in possible:
             return Chance.NO
         return Chance.SURE if len(possible) == 1 else Chance.PERHAPS
