@@ -190,19 +190,15 @@ def _carried(
             case Leave():
                 possible |= {DARK}  # LED-22: what it keeps is its own choice
             case Restart(acts):
-                sure = acts is Chance.SURE and Broken.KEPT_OVER_RESET not in broken
-                fresh = _after_reset(rules, broken)
-                possible = fresh if sure else possible | fresh
+                kept = (
+                    possible
+                    if Broken.KEPT_OVER_RESET in broken or acts is not Chance.SURE
+                    else frozenset()
+                )
+                lit = Broken.LIT_AFTER_RESET in broken
+                possible = kept | {(_every(rules), 0) if lit else DARK}
             case _:
                 assert_never(event)
-
-
-def _after_reset(rules: LightRules, broken: Ways) -> frozenset[Maps]:
-    """What the maps can be then."""
-    if Broken.LIT_AFTER_RESET not in broken:
-        return frozenset((DARK,))
-    every = sum(1 << bit for bit in rules.leds.values())
-    return frozenset((steady, blink) for steady in (0, every) for blink in (0, every))
 
 
 def _written(
@@ -215,10 +211,14 @@ def _written(
         return possible
     if write.acts is Chance.NO and Broken.TAKEN_OUTSIDE not in broken:
         return possible
-    every = sum(1 << bit for bit in rules.leds.values())
-    new = int.from_bytes(write.data[: rules.size], "little") & every
+    new = int.from_bytes(write.data[: rules.size], "little") & _every(rules)
     after = frozenset(_changed(maps, new, blink=write.blink, broken=broken) for maps in possible)
     return after if write.acts is not Chance.PERHAPS else after | possible
+
+
+def _every(rules: LightRules) -> int:
+    """The map of all LEDs."""
+    return sum(1 << bit for bit in rules.leds.values())
 
 
 def _changed(maps: Maps, new: int, *, blink: bool, broken: Ways) -> Maps:

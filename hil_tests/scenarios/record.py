@@ -193,9 +193,10 @@ class Life:
         return not self._bench.watch.timeline.possible(Interval(at - 1, at - 1)) & set(_NOT_YET)
 
     def _darkens(self, command: Nmt, at: int, *, certain: bool) -> None:
+        settled = at - self._written_at > self._limits.led_ns
         self._written_at = at
         if command in RESETS:
-            sure = certain and self._hears(at)
+            sure = certain and settled and self._hears(at)
             self.lights.append(Restart(Chance.SURE if sure else Chance.PERHAPS))
         elif command is not Nmt.START:
             self.lights.append(Leave())

@@ -171,6 +171,13 @@ def test_a_reset_makes_all_dark() -> None:
     assert blamed(steady("01"), Restart(), steady("02"), look("b")) == ""
 
 
+def test_a_reset_that_lights_them_all() -> None:
+    """Lit instead of dark is LED-21, too; an LED that is lit by itself is LED-01."""
+    assert blamed(Restart(), look("abcd")) == "LED-21"
+    assert blamed(Restart(), steady("01"), look("abcd")) == "LED-01"
+    assert blamed(Restart(), look("b")) == "LED-01"
+
+
 def test_leaving_operational_keeps_them_or_not() -> None:
     """LED-22 leaves it to the maker, then and after coming back, but invents no other light."""
     for seen in (look(), look("a")):
