@@ -155,10 +155,19 @@ def _cadence(
     silent = stay.until - last.latest
     if silent > rules.each.at_most_ns and (echoes or request.at >= stay.ready_at):
         longer = len(request.frame.data) > SIZE
-        name = "COM-05" if echoes else "COM-24" if longer else "COM-04"
+        ended = _ended_by(
+            stay.requests, Interval(last.earliest, last.latest + rules.each.at_most_ns)
+        )
+        name = ended if echoes else "COM-24" if longer else "COM-04"
         text = f"no echo for {show_span(silent)} after {request.frame}"
         at = last.latest + rules.each.at_most_ns
         yield Verdict(name, Outcome.FAIL, text, limits=rules.each, at=at)
+
+
+def _ended_by(requests: Sequence[Request], when: Interval) -> str:
+    """Which requirement says that the echo goes on, by what came when it ended."""
+    came = [each for each in requests if when.earliest <= each.at <= when.latest]
+    return "COM-20" if any(_refusal(each.frame) == "COM-20" for each in came) else "COM-05"
 
 
 def _fail(name: str, what: str, echo: Echo, frame: Frame) -> Verdict:

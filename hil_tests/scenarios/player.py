@@ -22,7 +22,12 @@ from hil_tests.api import (
     nmt_frame,
 )
 from hil_tests.scenarios import words
-from hil_tests.scenarios.lives import in_order, judge_commissioning, judge_operation
+from hil_tests.scenarios.lives import (
+    failures,
+    in_order,
+    judge_commissioning,
+    judge_operation,
+)
 from hil_tests.scenarios.memory import stored
 from hil_tests.scenarios.origins import Origin
 from hil_tests.scenarios.record import RESETS, Life
@@ -200,6 +205,8 @@ class Player:
         off = bench.power.off()
         life = self._end_life(off.began_at)
         if life is not None and mode == "commissioning":
+            if any(failures(self.found)):
+                raise LeftOpen("what it took for its parameters is not known any more")
             (before,) = self._candidates
             store_ns = self.limits.store_ns
             self._candidates = stored(before, life.requests, life.echoes, off.when, store_ns)

@@ -252,6 +252,21 @@ def test_an_echo_that_ends(until_ms: float, blame: list[str]) -> None:
     assert all(verdict.at == 330 * MS for verdict in found)
 
 
+@pytest.mark.parametrize(
+    ("at_ms", "can_id", "blame"),
+    [
+        (219, 0x000, "COM-05"),
+        (220, 0x000, "COM-20"),
+        (330, 0x7E5, "COM-20"),
+        (331, 0x000, "COM-05"),
+        (250, 0x123, "COM-05"),
+    ],
+)
+def test_an_echo_that_is_ended_by_a_service(at_ms: float, can_id: int, blame: str) -> None:
+    """That NMT, SYNC and LSS are ignored is a reading of ours; garbage ends nothing at all."""
+    assert blamed([asked(10), asked(at_ms, "0200", can_id)], row(20, 3), 1000) == [blame]
+
+
 def test_a_message_that_may_have_come_too_early() -> None:
     """Before the device surely waits it may be missed; once it is echoed all else counts."""
     early = [asked(10)]

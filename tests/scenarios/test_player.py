@@ -1,0 +1,314 @@
+"""Playing scenarios: a right keypad is spared, faulty ones are blamed, benches are respected."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+
+from hil_tests.bench.bench import Bench
+from hil_tests.clock import MS
+from hil_tests.explore.lab import Lab
+from hil_tests.judge.verdict import DeviceFailure, NotRun, Outcome, Verdict
+from hil_tests.scenarios.play import conclude, judge, play
+from hil_tests.scenarios.player import LeftOpen, Player, held_by
+from hil_tests.scenarios.scenario import Step, scenario
+from hil_tests.trace import BusEvent, EventKind, Moment
+from tests.bench.fakes import bench_of
+from tests.scenarios.labs import broken, doubted, first
+
+LITTLE = "operational: 60ms keys 1"
+KEYS = (
+    "operational debounce=1: 60ms keys 1; 200ms keys 0; 200ms nmt stop; 60ms keys 11;"
+    " 300ms nmt start; 200ms keys 0"
+)
+COMMANDS = (
+    "pre-operational heartbeat_ms=50: 200ms nmt start; 110ms nmt stop all; 60ms nmt 04;"
+    " 60ms nmt start other; 60ms nmt reset-node; 160ms nmt reset-communication all;"
+    " 60ms send 000#02; 160ms nmt start"
+)
+LIGHTS = (
+    "operational: 60ms led 03; 60ms blink 0C; 0ms look; 60ms led 0C; 60ms led 00; 0ms look;"
+    " 60ms nmt reset-node; 60ms led 55; 100ms nmt start; 60ms look"
+)
+WAIT = (
+    "off: 0ms keys 11; 0ms power on; 20ms nmt start; 20ms request 060200320001; 1s wait;"
+    " 20ms request 0F0200320001; 1s power off; 0ms keys 0; 300ms power on; 200ms nmt start;"
+    " 500ms keys 1; 200ms wait"
+)
+REFUSED = (
+    "off: 0ms keys 11; 0ms power on; 20ms send 205#060200320001; 150ms request 000200640001;"
+    " 150ms power off; 0ms keys 0; 0ms power on"
+)
+CUT = (
+    "off node_id=6: 0ms keys 11; 0ms power on; 0ms request 0B0200320001; 3ms power off;"
+    " 0ms keys 0; 300ms power on; 200ms nmt start"
+)
+RATES = (
+    "operational: 0ms rate 500000; 50ms keys 1; 50ms nmt stop; 100ms rate own; 300ms keys 0;"
+    " 100ms power off; 0ms power off; 10ms nmt start; 300ms power on; 10ms power on; 0ms rate own"
+)
+NOISE = (
+    "operational heartbeat_ms=50: 110ms send 123#R8; 110ms send +600#4000100000000000;"
+    " 110ms send 1FFFFFFF#; 110ms send 7FF#1122334455667788_F; 110ms send 4F8#060200320001;"
+    " 610ms power off; 300ms power on; 50ms look"
+)
+
+
+@pytest.mark.parametrize(
+    "text", [LITTLE, KEYS, COMMANDS, LIGHTS, WAIT, REFUSED, CUT, RATES, NOISE]
+)
+def test_a_right_keypad_breaks_nothing(text: str) -> None:
+    """Whatever is done to it, nothing is wrong, and no doubt is left in virtual time."""
+    assert broken(text) == frozenset()
+    assert doubted(text) == []
+
+
+@pytest.mark.parametrize(
+    ("model", "text", "requirement"),
+    [
+        ("debounce-too-short", KEYS, "KEY-05"),
+        ("entry-frame-missing", KEYS, "KEY-01"),
+        ("key-bits-swapped", KEYS, "KEY-03"),
+        ("reports-in-stopped", KEYS, "KEY-07"),
+        ("obeys-unknown-commands", "pre-operational heartbeat_ms=50: 110ms nmt 05; 60ms wait", "NMT-05"),
+        ("ignores-stop", "operational heartbeat_ms=50: 110ms nmt stop; 60ms wait", "NMT-07"),
+        ("obeys-one-byte", "operational heartbeat_ms=50: 110ms send 000#02", "NMT-05"),
+        ("boot-up-twice", COMMANDS, "NMT-02"),
+        ("emcy-missing", COMMANDS, "NMT-02"),
+        ("emcy-without-register", COMMANDS, "NMT-20"),
+        ("heartbeat-too-slow", "pre-operational heartbeat_ms=50: 300ms wait", "HB-06"),
+        ("steady-ignored", "operational: 60ms led 03; 0ms look", "LED-01"),
+        ("blink-ignored", LIGHTS, "LED-02"),
+        ("steady-takes-from-blink", LIGHTS, "LED-03"),
+        ("leds-in-pre-operational", "pre-operational: 0ms led 01; 60ms nmt start; 0ms look",
+         "LED-04"),
+        ("leds-survive-reset", LIGHTS, "LED-21"),
+        ("leds-on-after-reset", LIGHTS, "LED-21"),
+        ("nmt-stops-echo", WAIT.replace("1s wait", "1s nmt stop all"), "COM-20"),
+        ("echo-too-slow", WAIT, "COM-05"),
+        ("second-request-changes-echo", WAIT, "COM-21"),
+        ("takes-any-pdo", REFUSED, "COM-03"),
+        ("takes-id-zero", REFUSED, "COM-22"),
+        ("heartbeats-while-waiting", REFUSED, "COM-01"),
+        ("stores-in-place", CUT.replace("3ms", "50ms"), "COM-26"),
+        ("extended-frame-restarts", NOISE, "ROB-01"),
+        ("remote-frame-restarts", NOISE, "ROB-01"),
+        ("takes-parameters-in-operation", NOISE, "ROB-01"),
+    ],
+)  # fmt: skip
+def test_a_faulty_keypad_is_blamed_for_its_fault(model: str, text: str, requirement: str) -> None:
+    """What is blamed first is what the fault breaks; the right model is spared."""
+    assert first(text, model) == requirement
+    assert broken(text) == frozenset()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "operational: 700ms blink 02; 0ms nmt stop; 0ms look; 0ms nmt start; 0ms look",
+        "pre-operational: 0ms led 01; 5ms nmt start; 100ms look",
+        "operational: 700ms led 02; 0ms nmt reset-node; 0ms nmt start; 0ms look",
+    ],
+)
+def test_a_slow_light_may_miss_or_catch_a_change_of_state(text: str) -> None:
+    """An LED frame may take its limit to act, and is judged by the state at either end of it."""
+    assert broken(text, "slow-leds") == frozenset()
+    assert broken(text) == frozenset()
+
+
+def test_what_follows_from_another_reading_is_not_judged() -> None:
+    """A device that takes a node id it should refuse is blamed for that alone."""
+    text = REFUSED + "; 200ms nmt start; 500ms wait"
+    assert broken(text, "takes-id-zero") == {"COM-22"}
+
+
+# What a bench must have, and may do.
+
+
+@pytest.mark.parametrize(
+    ("text", "lack"),
+    [
+        ("off: 0ms power on", "power"),
+        ("operational: 0ms keys 1", "keys"),
+        ("operational: 0ms look", "leds"),
+        ("operational: 0ms rate 500000", "bitrate"),
+    ],
+)
+def test_what_the_bench_lacks_is_said_before_anything_is_done(text: str, lack: str) -> None:
+    """The refusal names the bench and what it has not."""
+    bench, stage = bench_of(without=[lack])
+    with pytest.raises(NotRun, match=f"bench 'desk' has no {lack}"):
+        Player(bench).begin(scenario(text))
+    assert stage.asked == []
+    assert not stage.port.sent
+
+
+@pytest.mark.parametrize("step", ["send 123#", "rate 500000", "load 60% high"])
+def test_a_shared_bus_is_left_in_peace(step: str) -> None:
+    """What would disturb others is not done where others live on the bus."""
+    bench, stage = bench_of()
+    stage.exclusive = False  # type: ignore[misc]  # a bench that its file calls shared
+    with pytest.raises(NotRun, match="shares its bus"):
+        Player(bench).begin(scenario(f"operational: 0ms {step}"))
+    assert stage.asked == []
+
+
+def test_memory_is_written_only_where_that_is_allowed() -> None:
+    """A scenario that commissions is refused before anything is done."""
+    bench, stage = bench_of(writes_allowed=False)
+    with pytest.raises(NotRun, match="--can-allow-writes"):
+        Player(bench).begin(scenario("off: 0ms keys 11; 0ms power on; 0ms request 06"))
+    assert stage.asked == []
+
+
+def test_commissioning_by_keys_alone_is_refused_where_writes_are() -> None:
+    """Even without a request nobody is brought there who must not be written."""
+    bench, _ = bench_of(writes_allowed=False)
+    player = Player(bench)
+    player.begin(scenario("off: 0ms keys 11; 0ms power on"))
+    player.do(Step(0, "keys", "11"))
+    with pytest.raises(NotRun, match="--can-allow-writes"):
+        player.do(Step(0, "power", "on"))
+
+
+def test_a_load_that_a_bench_cannot_make_is_not_run() -> None:
+    """Nobody pretends that the bus was loaded."""
+    bench, _ = bench_of()
+    player = Player(bench)
+    with pytest.raises(NotRun, match="cannot load the bus"):
+        player.do(Step(0, "load", "60% high"))
+
+
+def test_a_lab_finds_nothing_where_nothing_can_be_played() -> None:
+    """Frames that the wire cannot carry are not run."""
+    assert Lab().play(scenario("operational: 0ms wait")) is None
+
+
+# How it is played.
+
+
+@pytest.fixture
+def bench() -> Bench:
+    """A virtual bench with a right keypad."""
+    lab = Lab()
+    lab.bench.begin_example()
+    return lab.bench
+
+
+def played(bench: Bench, text: str) -> Player:
+    """A scenario whose steps were done, to be finished."""
+    story = scenario(text)
+    player = Player(bench)
+    player.begin(story)
+    for step in story.steps:
+        player.do(step)
+    return player
+
+
+def moments(bench: Bench, what: str) -> list[Moment]:
+    """What was done of one kind."""
+    return [moment for moment in bench.trace.moments() if moment.what == what]
+
+
+def test_steps_are_done_when_they_should(bench: Bench) -> None:
+    """On an exact bench each step comes its span after the one before, also among keys."""
+    text = "operational debounce=1: 30ms keys 1; 5ms keys 0; 7ms keys 1; 100ms nmt stop"
+    player = played(bench, text)
+    assert player.finish() == []
+    edges = [moment.ended_at for moment in moments(bench, "keys")]
+    assert [b - a for a, b in pairwise(edges)] == [5 * MS, 7 * MS]
+    (stop,) = [s for s in bench.trace.frames() if s.frame.can_id == 0 and s.frame.data[0] == 2]
+    assert 100 * MS < stop.at - edges[-1] < 101 * MS
+
+
+def test_masks_choose_keys_from_both_ends(bench: Bench) -> None:
+    """Bits 0 and 1 are the commissioning keys, further ones count from the last of the others."""
+    assert held_by(bench, 0b111) == {"on_off", "aut", "k8"}
+    assert held_by(bench, 0b10) == {"aut"}
+    assert held_by(bench, 0b1111_1111) == set(bench.profile.key_bits)
+    assert held_by(bench, 1 << 63) == frozenset()
+
+
+def test_the_end_waits_for_what_still_must_show(bench: Bench) -> None:
+    """A key that is pressed last is reported before the scenario is judged."""
+    assert played(bench, LITTLE).finish() == []
+    last = max(s.at for s in bench.trace.frames() if s.frame.can_id == 0x181)
+    assert last > moments(bench, "keys")[-1].ended_at + 90 * MS
+
+
+def test_what_is_left_to_the_maker_ends_it_quietly(bench: Bench) -> None:
+    """Both commissioning keys and more at power-on: nothing after that is judged (COM-28)."""
+    text = "off: 0ms keys 111; 0ms power on; 100ms nmt start; 100ms keys 0"
+    assert play(bench, scenario(text)) == []
+    player = Player(bench)
+    player.begin(scenario("off: 0ms keys 111"))
+    player.do(Step(0, "keys", "111"))
+    with pytest.raises(LeftOpen, match="COM-28"):
+        player.do(Step(0, "power", "on"))
+    assert player.finish() == []
+
+
+def test_two_sets_that_start_alike_are_left_open(bench: Bench) -> None:
+    """Power was cut while it stored a set with its own node id: nobody can tell which it has."""
+    text = CUT.replace("0B0200320001", "060200320001")
+    assert play(bench, scenario(text)) == []
+    assert not any(frame.frame.can_id == 0x706 for frame in bench.trace.frames())
+
+
+def test_what_was_cut_is_told_by_its_node_id(bench: Bench) -> None:
+    """The old set or the new one, whole; keys that are held then are held again."""
+    for held in ("keys 0", "keys 100"):
+        bench.begin_example()
+        assert play(bench, scenario(CUT.replace("keys 0", held))) == []
+        assert sum(moment.detail["on"] is True for moment in moments(bench, "power")) == 3
+
+
+# As a test.
+
+
+def test_every_claim_is_recorded(bench: Bench) -> None:
+    """A scenario in which all is well is a PASS on each of them."""
+    judge(bench, scenario(KEYS), "KEY-05", "KEY-06")
+    last = bench.verdicts[-2:]
+    assert [(verdict.requirement, verdict.outcome) for verdict in last] == [
+        ("KEY-05", Outcome.PASS),
+        ("KEY-06", Outcome.PASS),
+    ]
+
+
+def test_a_failure_shows_its_frames_and_how_to_see_it_again() -> None:
+    """The note is a command with the scenario in it."""
+    lab = Lab(model="debounce-too-short")
+    lab.bench.begin_example()
+    with pytest.raises(DeviceFailure, match=r"KEY-05: .*too early") as caught:
+        judge(lab.bench, scenario(LITTLE), "KEY-06")
+    assert "key frame of node 1" in str(caught.value)
+    assert caught.value.__notes__ == [
+        f"to see it again: nodeproof play {str(scenario(LITTLE))!r}",
+    ]
+
+
+def test_another_reading_hides_no_breach() -> None:
+    """What nothing follows from is told last, whenever it was seen."""
+    lab = Lab(model="emcy-of-another-hardware-code")
+    lab.bench.begin_example()
+    player = played(lab.bench, LITTLE)
+    assert [each.requirement for each in player.finish()] == ["NMT-20"]
+    late = Verdict("HB-01", Outcome.FAIL, "much later", at=lab.bench.now())
+    player.found.append(late)
+    with pytest.raises(DeviceFailure, match="HB-01: much later"):
+        conclude(lab.bench, player, scenario(LITTLE))
+
+
+def test_lost_frames_make_a_fault_doubtful() -> None:
+    """Where the bus cost us frames, a missing one may be among them."""
+    lab = Lab(model="entry-only-first-time")
+    lab.bench.begin_example()
+    player = played(lab.bench, "operational: 20ms nmt stop; 100ms nmt start")
+    lab.bench.take(BusEvent(EventKind.OVERFLOW, lab.bench.now(), "the reader was too slow", 3))
+    found = player.finish()
+    assert [(each.requirement, each.outcome) for each in found] == [
+        ("KEY-01", Outcome.INCONCLUSIVE)
+    ]
+    assert "perhaps, for frames were lost" in found[0].text
