@@ -13,6 +13,7 @@ from hil_tests.bench.bench import Bench
 from hil_tests.errors import BenchError, ConfigError
 from hil_tests.run import stash
 from hil_tests.run.capture import PytestCapture
+from hil_tests.run.ending import take_sigterm_as_interrupt
 from hil_tests.run.plan import VIRTUAL, Plan
 from hil_tests.run.session import Run
 
@@ -31,6 +32,7 @@ def start_run(config: pytest.Config) -> Run:
     Raises:
         pytest.UsageError: no place for the folder, or a profile that the model cannot be.
     """
+    config.add_cleanup(take_sigterm_as_interrupt())
     command = [str(part) for part in config.invocation_params.args]
     try:
         run = Run(stash.plan_of(config), datetime.now(UTC), command)

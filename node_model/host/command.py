@@ -49,6 +49,7 @@ def arguments() -> argparse.ArgumentParser:
     add("--eds", help="EDS file of a generic device")
     add("--mutant", help="host a named faulty model")
     add("--storage", type=Path, help="file that keeps commissioned parameters")
+    add("--leash", action="store_true", help="end when standard input ends: for who starts it")
     add("--control", help="serve the bench control protocol: tcp:HOST:PORT or unix:PATH")
     return parser
 
@@ -63,7 +64,8 @@ def main(argv: Sequence[str] | None = None, say: Callable[[str], None] = print) 
         image = models.read_image(options.storage) if options.storage else None
         node = models.make_node(options.profile, options.mutant, options.node_id, image)
         with contextlib.closing(open_wire(options.interface, options.channel)) as wire:
-            return host(node, wire, options.control, options.storage, say)
+            leash = (sys.stdin.fileno(),) if options.leash else ()
+            return host(node, wire, options.control, options.storage, say, leash)
     except (WireError, models.UnknownModelError, ValueError, OSError) as error:
         print(f"node_model: {error}", file=sys.stderr)  # noqa: T201 - a command prints
         return 2
@@ -84,8 +86,9 @@ def host(
     control: str | None,
     storage: Path | None,
     say: Callable[[str], None],
+    leash: Sequence[int] = (),
 ) -> int:
-    """Host a node on a wire until SIGTERM or SIGINT."""
+    """Host a node on a wire until SIGTERM or SIGINT, or the end of what a leash reads."""
     loop = Loop(node, wire)
     with contextlib.ExitStack() as stack:
         server = None
@@ -101,12 +104,12 @@ def host(
         sys.stdout.flush()
         if server is None:
             loop.power(True, loop.instant())
-        run(loop, server, stop, storage)
+        run(loop, server, (stop.fileno(), *leash), storage)
     return 0
 
 
-def run(loop: Loop, server: Server | None, stop: socket.socket, storage: Path | None) -> None:
-    """Turn until something is readable on `stop`."""
+def run(loop: Loop, server: Server | None, stops: Sequence[int], storage: Path | None) -> None:
+    """Turn until something is readable on one of `stops`."""
     kept = loop.node.image() if storage else b""
     wire = loop.wire.descriptor
     while True:
@@ -115,9 +118,9 @@ def run(loop: Loop, server: Server | None, stop: socket.socket, storage: Path | 
             models.write_image(storage, image)
             kept = image
         readable, writable = server.descriptors() if server else ([], [])
-        fixed = [stop.fileno()] if wire is None else [stop.fileno(), wire]
+        fixed = [*stops] if wire is None else [*stops, wire]
         ready, room, _ = select.select([*fixed, *readable], writable, [], _wait_s(loop))
-        if fixed[0] in ready:
+        if any(stop in ready for stop in stops):
             return
         if server and (room or any(fd not in fixed for fd in ready) or _is_done(loop)):
             loop.catch_up()

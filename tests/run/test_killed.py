@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import select
 import signal
 import subprocess
 from collections.abc import Iterator
@@ -91,9 +92,9 @@ def test_a_killed_run_in_real_time_keeps_the_record_of_its_last_test(tmp_path: P
     assert [entry.what for entry in read_pcapng(middle)] == ["power"]  # type: ignore[union-attr]
 
 
-@pytest.mark.parametrize("how", [signal.SIGINT])
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_run_puts_everything_back(tmp_path: Path, how: signal.Signals) -> None:
-    """Ctrl-C closes the bench, gives the supply back, keeps pytest's status, ends the results."""
+    """Ctrl-C, or a CI system that cancels: bench closed, supply given back, results ended."""
     asked: list[str] = []
 
     def power(request: dict[str, object]) -> bytes:
@@ -116,6 +117,21 @@ def test_an_interrupted_run_puts_everything_back(tmp_path: Path, how: signal.Sig
     assert "KeyboardInterrupt" in text
     assert "INTERNALERROR" not in text
     assert "= nodeproof =" in text
+
+
+def test_no_model_outlives_a_killed_run(tmp_path: Path) -> None:
+    """After SIGKILL the hosted model ends by itself: its standard input has ended."""
+    options = ["--can-interface=udp_multicast", f"--can-iface={free_channel()}"]
+    with waiting(tmp_path, *options) as process:
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+        model = os.pidfd_open(int(children.read_text().split()[-1]))
+        process.kill()
+        process.wait()
+    try:
+        ended, _, _ = select.select([model], [], [], 30)
+        assert ended
+    finally:
+        os.close(model)
 
 
 MODEL_DIES = """

@@ -46,11 +46,13 @@ class HostedModel:
         self.address = f"unix:{Path(self._folder.name) / 'control'}"
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115  lives as long as the process
         command = [sys.executable, "-m", "node_model", "--control", self.address]
-        command += ["--interface", interface, "--channel", channel, "--profile", profile]
+        # On a leash it never outlives us, however we end.
+        command += ["--leash", "--interface", interface, "--channel", channel]
+        command += ["--profile", profile]
         command += ["--mutant", mutant] if mutant else []
         command += ["--node-id", str(node_id)] if node_id is not None else []
         self.process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=self._errors
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors
         )
         try:
             self._await_ready(command)
@@ -95,7 +97,8 @@ class HostedModel:
             if self.process.poll() is None:
                 self.process.kill()
                 self.process.wait(_STOP_S)
-        if self.process.stdout is not None:
-            self.process.stdout.close()
+        for pipe in (self.process.stdin, self.process.stdout):
+            if pipe is not None:
+                pipe.close()
         self._errors.close()
         self._folder.cleanup()
