@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from array import array
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import lru_cache
@@ -103,6 +103,10 @@ class BusEvent:
 
 
 Entry = Sighting | Moment | BusEvent
+
+
+Wanted = Callable[[bool, int, int], bool]
+_IDENTIFIER = (1 << 30) - 1
 
 
 class Sink(Protocol):
@@ -201,15 +205,36 @@ class Trace:
             skip: how many of the other entries came before; None = all those that became
                 known before the frame `start - 1`.
         """
+        for entry in self.places(start, skip, lambda *_: True):
+            yield self.frame(entry) if isinstance(entry, int) else entry
+
+    def places(
+        self, start: int, skip: int | None, wanted: Wanted
+    ) -> Iterator[int | Moment | BusEvent]:
+        """As `entries`, but of the frames only the wanted ones, and of those their index.
+
+        Args:
+            start: index of the first frame.
+            skip: as of `entries`.
+            wanted: asked for each frame: whether it is own, its identifier (an extended one
+                with bit 29 set), and its data as a big-endian number.
+        """
         first = bisect_left(self._places, start) if skip is None else skip
         others = zip(self._places[first:], self._others[first:], strict=True)
-        place, other = next(others, (None, None))
-        for index in range(start, len(self) + 1):
-            while place is not None and other is not None and place <= index:
-                yield other
-                place, other = next(others, (None, None))
-            if index < len(self):
-                yield self.frame(index)
+        index = start
+        for place, other in others:
+            yield from self._wanted(index, place, wanted)
+            index = max(index, place)
+            yield other
+        yield from self._wanted(index, len(self), wanted)
+
+    def _wanted(self, start: int, stop: int, wanted: Wanted) -> list[int]:
+        heads, bodies = self._head, self._body
+        return [
+            index
+            for index in range(start, stop)
+            if wanted((head := heads[index]) >= _OWN, head & _IDENTIFIER, bodies[index])
+        ]
 
     def index_at(self, instant: int) -> int:
         """Index of the first frame whose stamp is `instant` or later.

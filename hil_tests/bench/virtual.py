@@ -40,7 +40,7 @@ PAUSE_NS = 1 * S
 sighting = tuple.__new__
 """What `Sighting` calls, without the call in between."""
 
-EYE_NS = 10 * MS
+EYE_NS = 20 * MS
 """What an eye takes for one moment, and less."""
 
 LOAD_DEPTH = 4

@@ -14,7 +14,7 @@ from hil_tests.judge.echoes import Echo, Request
 from hil_tests.judge.keys import Edge, Report, Turn
 from hil_tests.judge.lights import Chance, Event, Leave, Look, Restart, Write
 from hil_tests.judge.starts import Emergency, Start
-from hil_tests.trace import BusEvent, EventKind, Sighting
+from hil_tests.trace import BusEvent, EventKind
 
 RESETS = (Nmt.RESET_NODE, Nmt.RESET_COMMUNICATION)
 LOSSES = (EventKind.BUS_OFF, EventKind.OVERFLOW, EventKind.GAP, EventKind.DOWN)
@@ -40,6 +40,7 @@ class Life:
         self._written_at = -FOREVER
         self._full = False
         """The boot-up that comes next is one of power-on or reset node, for certain."""
+        self._beat_id = cobs.ERROR_CONTROL + node_id
         self._ids: Mapping[int, Callable[[Seen], None]] = {
             cobs.KEYS + node_id: self._key_frame,
             cobs.ERROR_CONTROL + node_id: self._error_control,
@@ -58,11 +59,9 @@ class Life:
         self._read(since)
 
     def _read(self, since: tuple[int, int]) -> None:
-        index = since[0]
-        for entry in self._bench.trace.entries(*since):
-            if isinstance(entry, Sighting):
-                self._frame(self._bench.seen(index))
-                index += 1
+        for entry in self._bench.trace.places(*since, self._matters):
+            if isinstance(entry, int):
+                self._frame(self._bench.seen(entry))
             elif isinstance(entry, Moment):
                 if entry.what == "bitrate":
                     return  # what came while nobody could hear it is not known
@@ -70,6 +69,12 @@ class Life:
             elif entry.kind in LOSSES:
                 self.losses.append(entry)
                 self._disturbed(entry.at)
+
+    def _matters(self, own: bool, can_id: int, body: int) -> bool:
+        """Whether a frame is worth reading: beats, most of what there is, tell nothing here."""
+        if own:
+            return True
+        return not body if can_id == self._beat_id else can_id in self._ids
 
     # What was done.
 

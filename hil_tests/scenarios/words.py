@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from typing import NamedTuple
 
 from hil_tests.api import Frame, Nmt, cobs
@@ -28,6 +29,9 @@ _FRAME = re.compile(
     r"(?P<id>[0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})#(?:R(?P<remote>[0-9A-Fa-f]?)"
     r"|(?P<data>(?:[0-9A-Fa-f]{2}){0,8})(?:_(?P<dlc>[9A-Fa-f]))?)"
 )
+_READ = 1024
+"""Texts that are remembered: explorers play the same ones thousands of times a second."""
+
 _HIGHEST = 0x080
 _LOWEST = 0x7FF
 
@@ -58,6 +62,7 @@ def mask(text: str) -> int:
     return int(text, 2)
 
 
+@lru_cache(_READ)
 def command(text: str) -> Command:
     """The command of a step "nmt"."""
     name, to = (*text.split(), "own")[:2]
@@ -73,6 +78,7 @@ def _byte(text: str) -> int:
     return value
 
 
+@lru_cache(_READ)
 def payload(text: str) -> bytes:
     """The data bytes of a step."""
     data = b"" if text == "-" else bytes.fromhex(text)
@@ -88,6 +94,7 @@ class Sent(NamedTuple):
     relative: bool
 
 
+@lru_cache(_READ)
 def sent(text: str) -> Sent:
     """The frame of a step "send"."""
     return Sent(frame_of(text.removeprefix("+")), text.startswith("+"))
