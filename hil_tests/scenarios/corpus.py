@@ -88,9 +88,12 @@ def parsed(text: str, where: str) -> tuple[Stored, ...]:
         ConfigError: it is no such file; all that is wrong with it.
     """
     try:
-        tables = tomllib.loads(text).get("scenario", [])
+        document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{where}: {error}") from None
+    tables = document.pop("scenario", [])
+    if document or not isinstance(tables, list):
+        raise ConfigError(f"{where}: write tables [[scenario]], and nothing besides")
     found: list[Stored] = []
     wrong: list[str] = []
     for index, table in enumerate(tables):
@@ -109,7 +112,9 @@ def _said(error: Exception) -> str:
     return f"{error} is missing" if isinstance(error, KeyError) else str(error)
 
 
-def _entry(table: Mapping[str, object]) -> Stored:
+def _entry(table: object) -> Stored:
+    if not isinstance(table, dict):
+        raise TypeError(f"{table!r} is no table")
     unknown = set(table) - {"name", "play", "claims", "finds"}
     if unknown:
         raise ValueError(f"unknown key {', '.join(sorted(unknown))}")

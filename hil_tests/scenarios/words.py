@@ -59,6 +59,8 @@ def mask(text: str) -> int:
     """Keys as binary digits, the first key on the right."""
     if len(text) > 64:
         raise ValueError("a keypad has 64 keys at most")
+    if set(text) - {"0", "1"}:
+        raise ValueError  # a sign, or digits that int() reads, too
     return int(text, 2)
 
 
