@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Iterable
-from time import perf_counter
+from collections.abc import Iterable, Sequence
+from time import perf_counter, process_time
 from types import TracebackType
 from typing import Any, Self
 
@@ -116,6 +116,33 @@ class LocalKeypad:
                 pdo.transmit()
             if not receive(_WAIT_S):
                 raise RuntimeError("the virtual bus lost a frame")
+
+    def live(self, masks: Sequence[int | None]) -> float:
+        """Processor seconds, of all threads, for a node that lives and a master that listens.
+
+        Its heartbeats come from its own timer, at its shortest period. A key is told as an
+        application does it: the object is written, the TPDO sent, when its turn has come.
+
+        Args:
+            masks: for each frame in turn the keys to report, or None for a heartbeat to await.
+
+        Raises:
+            RuntimeError: a frame did not arrive.
+        """
+        pdo, keys = self._pdo, self._pdo[0]
+        self._node.nmt.start_heartbeat(_SHORTEST_MS)
+        self._receive(_WAIT_S)
+        began = process_time()
+        for mask in masks:
+            if mask is not None:
+                keys.raw = mask
+                pdo.transmit()
+            if not self._receive(_WAIT_S):
+                raise RuntimeError("the virtual bus lost a frame")
+        took = process_time() - began
+        self._node.nmt.stop_heartbeat()
+        self._drain()
+        return took
 
     def beat(self, count: int) -> float:
         """Seconds for `count` heartbeats of LocalNode's own, at its shortest period."""

@@ -182,7 +182,8 @@ class World:
 
     def run(self, until: int) -> None:
         """Let time pass; the frames are seen by the nodes alone."""
-        while self.next_frame(until) is not None:
+        next_frame = self.next_frame
+        while next_frame(until) is not None:
             pass
 
     def next_frame(self, until: int) -> Delivery | None:
