@@ -69,7 +69,7 @@ class Controller:
         self.listens_to: frozenset[int] | None = frozenset()
         self.lost = 0
         self.usual: Frame | None = None
-        """The frame that it sent last, if no node listens to it; with how long that takes."""
+        """A frame to which no node listens, as all stations are now, and how long it takes."""
         self.usual_ns = 0
 
 
@@ -244,13 +244,12 @@ class World:
             self._queue(target, frames)
             self._retune(target, node)
         elif frames:
-            usual = target.usual
             if (
                 flying is None
-                and frames[0] is usual
-                and len(frames) == 1
                 and not self._contest
                 and self._idle_from <= at
+                and len(frames) == 1
+                and (frames[0] is target.usual or self._gets_used_to(target, frames[0]))
             ):
                 # Alone on an idle wire, and nobody listens. If nothing happens before it ends,
                 # this is the same in effect as queueing it.
@@ -258,10 +257,21 @@ class World:
                 if ends_at <= until and (not events or ends_at < events[0][0]):
                     self.now = ends_at
                     self._idle_from = ends_at + self._pause_ns
-                    return usual, ends_at, target, at
+                    return frames[0], ends_at, target, at
             self.now = at
             self._queue(target, frames)
         return None
+
+    def _gets_used_to(self, sender: Controller, frame: Frame) -> bool:
+        """Keep a frame in mind that would go over the wire and be heard by no node."""
+        if sender.rate != self.bit_rate or self._audience < 2:
+            return False
+        key = -1 if frame.extended else frame.can_id
+        route = self._routes.get(key)
+        if self._route(key) if route is None else route:
+            return False
+        sender.usual, sender.usual_ns = frame, frame.bits * self.bit_ns
+        return True
 
     def _push(self, at: int, controller: Controller) -> None:
         self._order += 1
@@ -352,11 +362,7 @@ class World:
         self._idle_from = at + self._pause_ns
         key = -1 if frame.extended else frame.can_id
         route = self._routes.get(key)
-        if route is None:
-            route = self._route(key)
-        if not route and sender.usual is not frame:
-            sender.usual, sender.usual_ns = frame, frame.known_bits * self.bit_ns
-        for listener in route:
+        for listener in self._route(key) if route is None else route:
             node = listener.node
             if listener is not sender and node is not None:
                 frames = node.receive(frame, at)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import cache
 
 from node_model.debounce import Debouncer
 from node_model.emcy import GENERIC_ERROR, HARDWARE_ERROR, emcy_frame
@@ -18,7 +19,11 @@ KEY_BASE = 0x180
 STEADY_BASE = 0x200
 BLINK_BASE = 0x300
 
-STATES = tuple(NmtState)
+
+@cache  # the frames of a node id never change, and a keypad is made for each scenario
+def beats_of(node_id: int) -> Mapping[int, Frames]:
+    """The heartbeat, as what is sent, for each state."""
+    return {state: (heartbeat_frame(node_id, state),) for state in NmtState}
 
 
 class Operation:
@@ -45,9 +50,7 @@ class Operation:
         self.resets_by = NmtCommand.RESET_NODE
         self.bit_rate = 0
         self.listens_to = self.acceptance()
-        self.beats: dict[int, Frames] = {
-            state: (heartbeat_frame(self.node_id, state),) for state in STATES
-        }
+        self.beats = beats_of(self.node_id)
         self.beat = self.heartbeat_type(self.heartbeat_ns())
         self.keys = self.fresh_keys(mask)
         self.lamps = self.lamps_type(profile, now)
