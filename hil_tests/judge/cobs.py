@@ -49,6 +49,8 @@ LEADS_TO = {
     Nmt.RESET_COMMUNICATION: State.STARTING,
 }
 
+_COMMANDS = {command.value: command for command in Nmt}
+
 SHOWN = {state.value: state for state in State if state.value < 0x100}
 """Heartbeat byte -> state."""
 
@@ -64,7 +66,7 @@ def nmt_for(frame: Frame, node_id: int) -> Nmt | None:
         return None
     if frame.data[1] not in {0, node_id}:
         return None
-    return Nmt(frame.data[0]) if frame.data[0] in list(Nmt) else None
+    return _COMMANDS.get(frame.data[0])
 
 
 def long_nmt_for(frame: Frame, node_id: int) -> Nmt | None:
