@@ -95,7 +95,7 @@ class Player:
         lacks = [name for name in sorted(scenario.needs) if getattr(bench, name) is None]
         if lacks:
             raise NotRun(f"bench {bench.stage.name!r} has no {' and no '.join(lacks)}")
-        if any(words.WORDS[step.verb].exclusive for step in scenario.steps):
+        if scenario.disturbs:
             bench.needs_exclusive()
         if scenario.writes and (why := bench.why_not_commission()):
             raise NotRun(why)

@@ -16,6 +16,7 @@ from difflib import get_close_matches
 from typing import NamedTuple
 
 from hil_tests.clock import MS, US, S, parse_span
+from hil_tests.scenarios import words
 from hil_tests.scenarios.words import WORDS, Word
 
 BEGINNINGS = ("off", "pre-operational", "operational")
@@ -94,6 +95,14 @@ class Scenario:
     def writes(self) -> bool:
         """Whether it may change what the device has stored."""
         return any(WORDS[step.verb].writes for step in self.steps)
+
+    @property
+    def disturbs(self) -> bool:
+        """Whether it would disturb others on the bus: garbage, load, commands to other nodes."""
+        return any(
+            WORDS[verb].exclusive or (verb == "nmt" and words.command(what).to != "own")
+            for _, verb, what in self.steps
+        )
 
     def pulses(self) -> Iterator[int]:
         """How long each key stayed pressed or released between two edges, in ns."""
