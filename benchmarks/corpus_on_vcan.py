@@ -60,6 +60,16 @@ def failures(bench: Bench, stories: Sequence[Stored]) -> Iterator[Verdict]:
         yield from (verdict for verdict in verdicts if verdict.outcome is Outcome.FAIL)
 
 
+def blame(verdicts: Iterator[Verdict], violates: set[str]) -> tuple[bool, list[str]]:
+    """Whether one of the violated requirements is blamed, and all that was by then."""
+    found: list[str] = []
+    for verdict in verdicts:
+        found.append(verdict.requirement)
+        if verdict.requirement in violates:
+            return True, found
+    return False, found
+
+
 def kills(corpus: Sequence[Stored], names: Sequence[str], interface: str, channel: str) -> int:
     """Every faulty model that the corpus knows; 0 where at least 95 % are blamed."""
     profile = load_profile("keypad")
@@ -71,10 +81,9 @@ def kills(corpus: Sequence[Stored], names: Sequence[str], interface: str, channe
             continue
         shown += 1
         with hosted(profile, name, interface, channel) as bench:
-            found = {verdict.requirement for verdict in failures(bench, stories)}
-        blamed = found & set(MUTANTS[name].violates)
-        killed += bool(blamed)
-        print(f"{'ok ' if blamed else 'BAD'} {name}: {', '.join(sorted(found))}", flush=True)
+            blamed, found = blame(failures(bench, stories), set(MUTANTS[name].violates))
+        killed += blamed
+        print(f"{'ok ' if blamed else 'BAD'} {name}: {', '.join(found)}", flush=True)
     print(f"{killed} of {shown} blamed, of {len(names)} in all")
     return int(killed < 0.95 * shown)
 
