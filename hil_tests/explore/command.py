@@ -7,6 +7,7 @@ import shlex
 import sys
 import time
 from collections.abc import Sequence
+from difflib import get_close_matches
 from pathlib import Path
 
 from hil_tests.clock import S, parse_span, show_span
@@ -223,12 +224,19 @@ def distil(parser: argparse.ArgumentParser, words: Sequence[str]) -> int:
 def _targets(names: Sequence[str]) -> list[Target]:
     unknown = sorted(set(names) - set(MUTANTS))
     if unknown:
-        raise ConfigError(f"no mutant {', '.join(unknown)}; `nodeproof mutants` lists them")
+        raise ConfigError("\n".join(map(_unknown, unknown)))
     return [
         Target(each.name, frozenset(each.violates))
         for each in MUTANTS.values()
         if not names or each.name in names
     ]
+
+
+def _unknown(name: str) -> str:
+    """That there is no such mutant, and what may have been meant."""
+    near = get_close_matches(name, MUTANTS)
+    hint = f"did you mean {' or '.join(near)}?" if near else "`nodeproof mutants` lists them"
+    return f"no mutant {name!r}; {hint}"
 
 
 def _known(path: Path) -> list[Stored]:

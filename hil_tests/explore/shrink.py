@@ -38,7 +38,7 @@ def shrink(found: Scenario, fails: Test, tries: int = 400) -> Scenario:
 def _smaller(scenario: Scenario) -> Iterator[Scenario]:
     """Candidates, those that save most first."""
     steps = scenario.steps
-    size = len(steps) // 2
+    size = (len(steps) + 1) // 2
     while size:
         for start in range(0, len(steps), size):
             yield replace(scenario, steps=_without(steps, start, start + size, keep_time=False))
