@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -203,6 +203,7 @@ def _check(
         ids = profile.node_ids
         wrong.append(f"node id {node_id}: a {profile.name} has one of {ids[0]} .. {ids[-1]}")
     wrong += _unknown_budget(settings["can_budget"])
+    wrong += _no_scenarios(settings["can_scenario"])
     if wrong:
         raise ConfigError("\n".join(wrong))
 
@@ -214,6 +215,19 @@ def _unknown_budget(text: str | None) -> list[str]:
     except ValueError as error:
         return [f"--can-budget {error}"]
     return []
+
+
+def _no_scenarios(texts: Sequence[str]) -> list[str]:
+    """What is wrong with scenarios of the command line."""
+    from hil_tests.scenarios.scenario import scenario  # noqa: PLC0415 - only where one is given
+
+    wrong = []
+    for text in texts:
+        try:
+            scenario(text)
+        except ValueError as error:
+            wrong.append(f"--can-scenario: {error}")
+    return wrong
 
 
 def unknown_mutant(name: str) -> list[str]:

@@ -22,11 +22,11 @@ def parameters(plan: Plan) -> list[ParameterSet]:
     """One parameter for each scenario; those that are left out say why.
 
     Raises:
-        pytest.UsageError: a scenario that is none, of the command line or of a file.
+        pytest.UsageError: a file of stored scenarios that cannot be read.
     """
     try:
         entries = list(_given(plan)) or list(stored(plan.profile.kind))
-    except (ConfigError, ValueError) as error:
+    except ConfigError as error:
         raise pytest.UsageError(str(error)) from None
     able = [each for each in entries if each.scenario.needs <= set(plan.facilities)]
     chosen = choose([each for each in able if plan.timed or not is_timed(each)], plan.budget_ns)
@@ -36,12 +36,9 @@ def parameters(plan: Plan) -> list[ParameterSet]:
 
 
 def _given(plan: Plan) -> Iterator[Stored]:
-    """The scenarios of the command line."""
+    """The scenarios of the command line; the plan has read each of them before."""
     for number, text in enumerate(plan.settings["can_scenario"], 1):
-        try:
-            story = scenario(text)
-        except ValueError as error:
-            raise ValueError(f"--can-scenario: {error}") from None
+        story = scenario(text)
         yield Stored(f"given-{number}", story, claims_of(story), ())
 
 
