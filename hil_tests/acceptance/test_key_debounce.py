@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import pytest
 
+from hil_tests.acceptance.cadence import next_beat, period_ns
 from hil_tests.acceptance.key_steps import (
     MARGIN_NS,
     PREFERRED,
@@ -22,8 +23,11 @@ from hil_tests.acceptance.key_steps import (
     too_short_ns,
     visible_ns,
 )
-from hil_tests.api import MS, Bench, Keys, Nmt
+from hil_tests.api import MS, Bench, Keys, Nmt, exactly
 from hil_tests.scenarios.story import KeyStory
+
+NEAR_MS = (0, -1, 1, 0)
+"""How far from a heartbeat a key counts, in turn."""
 
 DEBOUNCES = (1, 5, 255)
 """x 100 ms: the shortest, a usual one, the longest."""
@@ -203,3 +207,35 @@ def test_reentry_does_not_change_the_time(bench: Bench, keys: Keys) -> None:
         keys.release()
         settle(bench)
     story.judge("KEY-05", "KEY-01")
+
+
+@pytest.mark.requirement("KEY-06", "HB-04")
+def test_key_that_counts_at_a_heartbeat_is_told(bench: Bench, keys: Keys) -> None:
+    """A press whose debounce time ends as a heartbeat is due costs neither frame."""
+    story = KeyStory.operational(bench, {"node_id": 6}, heartbeat_ms=250, debounce=1)
+    name, period = keys.names[0], period_ns(bench)
+    lead = period - known(bench).debounce_ns
+    for off_ms in NEAR_MS:
+        beat = next_beat(bench, exactly(bench.now()))
+        bench.wait_until(bench.when(beat).latest + period + lead + off_ms * MS)
+        expect_keys(bench, [name], after=keys.press(name))
+        beat = next_beat(bench, exactly(bench.now()))
+        bench.wait_until(bench.when(beat).latest + period + lead + off_ms * MS)
+        released = keys.release()
+        if bench.profile.releases_reported:
+            expect_keys(bench, [], after=released, requirement="KEY-20")
+        settle(bench)
+    story.judge("KEY-06")
+
+
+@pytest.mark.requirement("KEY-02", "HB-05")
+def test_keys_are_told_without_heartbeat(bench: Bench, keys: Keys) -> None:
+    """With heartbeat time 0 a press and a release are reported as with any other."""
+    story = KeyStory.operational(bench, PREFERRED, heartbeat_ms=0)
+    name = keys.names[0]
+    expect_keys(bench, [name], after=keys.press(name))
+    released = keys.release()
+    if bench.profile.releases_reported:
+        expect_keys(bench, [], after=released, requirement="KEY-20")
+    settle(bench)
+    story.judge("KEY-02")

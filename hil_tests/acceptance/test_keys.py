@@ -295,16 +295,23 @@ def test_keys_held_at_the_start_are_shown(bench: Bench, keys: Keys, which: str) 
 
 
 @pytest.mark.requirement("KEY-22", "KEY-01")
+@pytest.mark.parametrize("moved", ["nothing", "press", "release"])
 @pytest.mark.parametrize("command", RESETS, ids=name_of)
-def test_keys_held_through_a_reset_are_shown(bench: Bench, keys: Keys, command: Nmt) -> None:
-    """A key that is held before, during and after a reset by command is shown after entry."""
+def test_keys_are_known_after_a_reset(bench: Bench, keys: Keys, command: Nmt, moved: str) -> None:
+    """What is held after a reset is shown, held through it, or moved while the node starts."""
     story = KeyStory.operational(bench, PREFERRED)
-    name = keys.names[-1]
+    special = bench.profile.commissioning_keys  # all of them at a reset: COM-28
+    free = [key for key in keys.names if key not in special] or keys.names
+    name, other = free[-1], free[0]
     expect_keys(bench, [name], after=keys.press(name), requirement="KEY-02")
     sent = bench.nmt(command)
+    if moved == "press":
+        keys.press(other)
+    elif moved == "release":
+        keys.release()
     within = bench.profile.limits.boot_up_ns
     bench.expect(matchers.boot_up(bench.node_id), after=sent, within=within, requirement="NMT-06")
-    bench.wait(bench.profile.limits.emcy_ns)
+    settle(bench)
     started = bench.nmt(Nmt.START)
     settle(bench)
     bench.wait(bench.profile.limits.command_ns)

@@ -90,7 +90,7 @@ def strange_frames(bench: Bench) -> list[Frame]:
     all_on = led_data(bench, bench.profile.led_bits)
     size = len(all_on)
     other = bench.node_id % 15 + 1
-    frames = []
+    frames = [Frame(cobs.NMT, bytes((Nmt.START, other)))]
     for base in (cobs.LED_STEADY, cobs.LED_BLINK):
         frames += [
             Frame(base + bench.node_id, remote=True, dlc=size),
@@ -106,7 +106,7 @@ def strange_frames(bench: Bench) -> list[Frame]:
 
 @pytest.mark.requirement("LED-01", "LED-02")
 def test_frames_that_are_not_for_it_light_nothing(bench: Bench, leds: Leds) -> None:
-    """Remote and extended frames, and LED frames of other nodes, change no LED."""
+    """Remote, extended and NMT frames, and LED frames of other nodes, change no LED."""
     bench.needs_exclusive()
     start_dark(bench)
     half, rest = leds.names[::2], leds.names[1::2]
