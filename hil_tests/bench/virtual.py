@@ -18,7 +18,7 @@ from hil_tests.bench.action import (
     PowerDriver,
 )
 from hil_tests.bus.port import BURST
-from hil_tests.clock import MS, Interval, S, exactly
+from hil_tests.clock import Interval, S, exactly
 from hil_tests.trace import Burst, BusEvent, EventKind, Sighting
 from node_model.frame import Frame
 from node_model.keypad import Parameters as ModelParameters
@@ -39,9 +39,6 @@ PAUSE_NS = 1 * S
 
 sighting = tuple.__new__
 """What `Sighting` calls, without the call in between."""
-
-EYE_NS = 20 * MS
-"""What an eye takes for one moment, and less."""
 
 LOAD_DEPTH = 4
 """Mailboxes of a loading station: enough to never leave a gap."""
@@ -264,7 +261,7 @@ class VirtualStage:
     def read(self) -> Done[Mapping[str, str]]:
         """See LedsDriver: watches for two blink periods."""
         span_ns = 2 * (self._profile.blink_on_ns + self._profile.blink_off_ns)
-        return Watching(self, span_ns, _as_an_eye, EYE_NS)
+        return Watching(self, span_ns, _as_an_eye)
 
     def watch(self, for_ns: int) -> Done[LedEdges]:
         """See LedsDriver."""
@@ -278,24 +275,20 @@ class VirtualStage:
 
 
 class Watching(Done[T]):
-    """Looks at the LEDs of a model for a span of virtual time, change by change."""
+    """Looks at the LEDs of a model for a span of virtual time, change by change.
 
-    def __init__(
-        self,
-        stage: VirtualStage,
-        for_ns: int,
-        judge: Callable[[LedEdges], T],
-        every_ns: int = MS,
-    ) -> None:
+    A lamp changes at an instant that the model has predicted, at a deadline of the model, or
+    at an input. At all three the bench looks: each frame on the wire and each planned action
+    interrupts its waiting. So every change is seen at its very instant.
+    """
+
+    def __init__(self, stage: VirtualStage, for_ns: int, judge: Callable[[LedEdges], T]) -> None:
         super().__init__(lambda: judge(self._edges()), for_ns)
         self._stage = stage
-        self._every_ns = every_ns
         self._ends_at = 0
         self._began_at = 0
         self._start: dict[str, bool] = {}
         self._last: dict[str, bool] = {}
-        self._looked_at = 0
-        self._predicted: int | None = None
         self._found: list[tuple[Interval, str, bool]] = []
 
     def start(self, now: int) -> None:
@@ -311,21 +304,21 @@ class Watching(Done[T]):
         return {led: device.lit(led, now) for led in device.leds}
 
     def _look_again(self, now: int) -> None:
-        """At the next change by itself, and now and then, in case an input changed a lamp."""
-        self._looked_at = now
-        self._predicted = change = self._stage.device.lamp_change(now)
-        self.wake_at = min(
-            now + self._every_ns, self._ends_at, self._ends_at if change is None else change
-        )
+        """At the next change by itself, or when the model does something."""
+        device = self._stage.device
+        events = (self._ends_at, device.lamp_change(now), device.deadline())
+        later = (at for at in events if at is not None and at > now)
+        self.wake_at = min(later, default=self._ends_at)
 
     def poll(self, now: int) -> bool:
-        """Note what has changed: exactly then, or at an input since the last look."""
+        """Note what has changed."""
         lights = self._lights(now)
-        when = exactly(now) if now == self._predicted else Interval(self._looked_at, now)
-        for led, lit in lights.items():
-            if lit != self._last[led]:
-                self._found.append((when, led, lit))
-        self._last = lights
+        if lights != self._last:
+            when = exactly(now)
+            self._found += [
+                (when, led, lights[led]) for led in lights if lights[led] != self._last[led]
+            ]
+            self._last = lights
         self._look_again(now)
         return now >= self._ends_at
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import attrs
@@ -250,6 +252,30 @@ def test_operational_is_a_start_and_a_command() -> None:
     bench.begin()
     assert str(bench.operational().frame) == "181#00"
     assert bench.end() == []
+
+
+def test_a_virtual_watch_sees_every_change_at_its_instant() -> None:
+    """Light that a frame puts on, that blinks, and that a reset puts out: no instant is in doubt."""
+    bench = virtual()
+    bench.begin()
+    bench.operational()
+    assert bench.leds
+    start = bench.now()
+    for after_ms, frame in (
+        (20, Frame(0x201, b"\1")),
+        (30, Frame(0x301, b"\2")),
+        (1600, Frame(0, b"\x81\0")),
+    ):
+        bench.at(start + after_ms * MS, partial(bench.post, frame))
+    edges = bench.leds.watch(2 * S).edges
+    assert all(when.earliest == when.latest for when, _, _ in edges)
+    seen = [(led, lit, when.latest - start) for when, led, lit in edges]
+    assert [(lit, at // (10 * MS)) for led, lit, at in seen if led == "on_off"] == [
+        (True, 2),
+        (False, 160),
+    ]
+    blinks = [at for led, _, at in seen if led == "aut"]
+    assert {later - at for at, later in pairwise(blinks[1:-1])} == {500 * MS}
 
 
 def test_virtual_commissioning_changes_the_device() -> None:

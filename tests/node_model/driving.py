@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from node_model.frame import Frame
-from node_model.node import Frames, Node, Panel
+from node_model.node import MS, Frames, Node, Panel
 
 
 class Host(Enum):
@@ -74,7 +74,17 @@ def look(node: Node, now: int) -> tuple[int, int | None, tuple[bool, ...], bytes
         image = panel.image()
         change = panel.lamp_change(now)
         assert change is None or change > now
+        assert_steady(panel, lit, now)
     return node.bit_rate, node.deadline(), lit, image
+
+
+def assert_steady(panel: Panel, lit: tuple[bool, ...], now: int) -> None:
+    """No lamp changes before the predicted change, unless the node does something before."""
+    events = (panel.lamp_change(now), panel.deadline(), now + 2000 * MS)
+    until = min(at for at in events if at is not None) - 1
+    if until > now:
+        later = tuple(panel.lit(led, until) for led in panel.leds)
+        assert later == lit, f"a lamp has changed between {now} and {until}, and nobody said so"
 
 
 def is_panel(node: Node) -> bool:
