@@ -75,11 +75,25 @@ def settle(bench: Bench) -> None:
 def expect_keys(
     bench: Bench, names: Iterable[str], *, after: Moment | Seen, requirement: str = ""
 ) -> Seen:
-    """A key frame with exactly these keys comes, and when the debounce time is over (KEY-05)."""
+    """A key frame with exactly these keys comes, and when the debounce time is over (KEY-05).
+
+    Where one frame comes and shows something else, its content is wrong (KEY-03).
+
+    Args:
+        bench: the bench.
+        names: of the keys held.
+        after: what moved them.
+        requirement: that a frame comes at all; left out, KEY-02, or KEY-20 with no key held.
+    """
     profile, limits = bench.profile, report_limits(bench)
     mask = mask_of(profile, names)
     matcher = matchers.key_frame(bench.node_id, mask, profile.key_frame_bytes)
     within = limits.at_most_ns + LINGER_NS
+    requirement = requirement or ("KEY-02" if mask else "KEY-20")
+    if bench.first(matcher, after, after.when.latest + within + LINGER_NS) is None:
+        told = key_masks(bench, after)
+        if len(told) == 1:
+            requirement = "KEY-03"
     seen = bench.expect(matcher, after=after, within=within, requirement=requirement)
     measured = bench.when(seen).since(bench.when(after))
     text = f"{matcher} after the edge"

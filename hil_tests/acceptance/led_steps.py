@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from hil_tests.api import MS, Bench, Frame, Leds, Seen, cobs
 
@@ -61,6 +61,15 @@ def set_blinking(bench: Bench, names: Iterable[str]) -> Seen:
     return sent
 
 
+def show_both(bench: Bench, leds: Leds, on: Sequence[str], blink: Sequence[str]) -> Seen:
+    """Both maps in use, each seen to work before it is looked at with the other."""
+    sent = set_steady(bench, on)
+    expect_lights(bench, leds, on=on, after=sent, requirement="LED-01")
+    sent = set_blinking(bench, blink)
+    expect_lights(bench, leds, on=on, blink=blink, after=sent, moved=blink)
+    return sent
+
+
 def expect_lights(
     bench: Bench,
     leds: Leds,
@@ -69,8 +78,20 @@ def expect_lights(
     *,
     after: Seen | int,
     requirement: str = "",
+    moved: Iterable[str] | None = None,
 ) -> None:
-    """Exactly these LEDs shine, exactly these blink, all others are off."""
+    """Exactly these LEDs shine, exactly these blink, all others are off.
+
+    Args:
+        bench: the bench.
+        leds: its LEDs.
+        on: that shine.
+        blink: that blink.
+        after: what led to that.
+        requirement: that it is so.
+        moved: the LEDs that a blink map has just moved, if any: it must move them (LED-02),
+            and no other (LED-03).
+    """
     wanted = dict.fromkeys(leds.names, "off")
     wanted |= dict.fromkeys(on, "on") | dict.fromkeys(blink, "blink")
     found = leds.read()
@@ -79,6 +100,9 @@ def expect_lights(
         for name, light in wanted.items()
         if found.get(name) != light
     ]
+    if moved is not None:
+        others = set(wanted) - set(moved)
+        requirement = "LED-03" if any(found.get(n) != wanted[n] for n in others) else "LED-02"
     text = f"lights: {_show(wanted)}" + (f"; {', '.join(wrong)}" if wrong else "")
     bench.check(not wrong, text, requirement=requirement, since=after)
 

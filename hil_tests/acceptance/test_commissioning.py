@@ -11,9 +11,11 @@ import pytest
 from hil_tests.acceptance.commissioning_steps import (
     EXAMPLE,
     OTHER,
+    answer,
     boots_as,
     expect_echoes,
     first_echo,
+    waiting,
 )
 from hil_tests.api import (
     ECHO_PERIOD_NS,
@@ -25,6 +27,7 @@ from hil_tests.api import (
     Nmt,
     Power,
     S,
+    Seen,
     around,
     cobs,
     matchers,
@@ -51,11 +54,7 @@ def test_takes_parameters_at_125_kbit(
 
     request = bench.request(EXAMPLE)
 
-    bench.expect(
-        matchers.echo(payload(EXAMPLE)),
-        after=request,
-        within=ECHO_PERIOD_NS + bench.profile.limits.echo_each_ns,
-    )
+    answer(bench, request, payload(EXAMPLE), "COM-02")
 
 
 @pytest.mark.requirement("COM-01")
@@ -79,18 +78,14 @@ def test_listens_and_answers_at_125_kbit(
 
     request = bench.request(EXAMPLE)
 
-    bench.expect(
-        matchers.echo(payload(EXAMPLE)),
-        after=request,
-        within=ECHO_PERIOD_NS + bench.profile.limits.echo_each_ns,
-    )
+    answer(bench, request, payload(EXAMPLE), "COM-02")
 
 
 @pytest.mark.requirement("COM-03")
 def test_wait_detects_no_keys(bench: Bench, power: Power, keys: Keys, bitrate: BitRate) -> None:
     """While it waits, keys that are pressed and released are not reported."""
     bench.fresh(bit_rate_code=AT_125_KBIT)
-    bench.enter_commissioning()
+    waiting(bench)
 
     released = keys.release()
     for name in keys.names:
@@ -109,20 +104,21 @@ def test_wait_ignores_other_pdos_and_sdos(
     """While it waits, it heeds no other PDO and no SDO; 4F8h still ends the wait."""
     bench.fresh(bit_rate_code=AT_125_KBIT)
     node_id = bench.node_id
-    on = bench.enter_commissioning()
+    waiting(bench)
+    began = bench.now()
     data = payload(OTHER)
 
     pdos = (0x180, 0x200, 0x280, 0x300, 0x380, 0x400, 0x480, 0x500)
     for base in pdos:
-        bench.send(Frame(base + node_id, data))
+        bench.offer(Frame(base + node_id, data))
     for can_id in (0x4F7, 0x4F9, 0x3F8, 0x2F8, 0x5F8):
-        bench.send(Frame(can_id, data))
+        bench.offer(Frame(can_id, data))
     for each in (node_id, OTHER.node_id, 0x7F):
-        bench.send(Frame(0x600 + each, bytes.fromhex("4000100000000000")))
-        bench.send(Frame(0x600 + each, b"\x23\x00\x20\x01" + data[:4]))
-        bench.send(Frame(0x600 + each, data + bytes(2)))
+        bench.offer(Frame(0x600 + each, bytes.fromhex("4000100000000000")))
+        bench.offer(Frame(0x600 + each, b"\x23\x00\x20\x01" + data[:4]))
+        bench.offer(Frame(0x600 + each, data + bytes(2)))
 
-    bench.never(matchers.anything(), after=on, for_ns=4 * S)
+    bench.never(matchers.anything(), after=began, for_ns=4 * S)
     first_echo(bench, bench.request(EXAMPLE), payload(EXAMPLE))
 
 
@@ -134,11 +130,7 @@ def test_literal_example(bench: Bench, power: Power, keys: Keys, bitrate: BitRat
 
     request = bench.request(bytes.fromhex("050300640001"))
 
-    echo = bench.expect(
-        matchers.echo(bytes.fromhex("050300640001")),
-        after=request,
-        within=ECHO_PERIOD_NS + bench.profile.limits.echo_each_ns,
-    )
+    echo = answer(bench, request, bytes.fromhex("050300640001"), "COM-04")
     expect_echoes(bench, echo, bytes.fromhex("050300640001"), 5)
 
 
@@ -221,6 +213,14 @@ def test_does_nothing_but_echo(bench: Bench, power: Power, keys: Keys, bitrate: 
     bench.check(not others, text, since=request)
 
 
+def expect_only_echoes(bench: Bench, echo: Seen, requirement: str) -> None:
+    """Since an echo the node has sent nothing but echoes of the example."""
+    found = bench.collect(matchers.anything(), after=echo, until=bench.now())
+    others = [seen.frame for seen in found if seen.frame.data[:6] != payload(EXAMPLE)]
+    text = "nothing but the echo is sent" + "".join(f"; {frame} came" for frame in others[:1])
+    bench.check(not others, text, requirement=requirement, since=echo)
+
+
 FOREIGN = {
     "start": nmt_frame(Nmt.START, 0),
     "stop": nmt_frame(Nmt.STOP, 0),
@@ -240,21 +240,23 @@ def test_commissioning_ignores_everything_else(
 ) -> None:
     """NMT, SYNC, remote and LSS frames change nothing, neither in the wait nor in the echo."""
     bench.fresh(bit_rate_code=AT_125_KBIT)
-    on = bench.enter_commissioning()
+    waiting(bench)
+    began = bench.now()
 
     for frame in FOREIGN.values():
-        bench.send(frame)
-    bench.never(matchers.anything(), after=on, for_ns=4 * S)
+        bench.offer(frame)
+    bench.never(matchers.anything(), after=began, for_ns=4 * S)
     request = bench.request(EXAMPLE)
     echo = first_echo(bench, request, payload(EXAMPLE))
+    bench.wait(500 * MS)
+    expect_only_echoes(bench, echo, "COM-12")  # before anything was done to it
+    begin = expect_echoes(bench, echo, payload(EXAMPLE), 1)[-1]
     for frame in FOREIGN.values():
         bench.send(frame)
         bench.wait(130 * MS)
 
-    last = expect_echoes(bench, echo, payload(EXAMPLE), 12)[-1]
-    others = bench.collect(matchers.anything(), after=echo, until=last.at)
-    only = all(seen.frame.data[:6] == payload(EXAMPLE) for seen in others)
-    bench.check(only, "nothing but the echo is sent", since=echo)
+    expect_echoes(bench, begin, payload(EXAMPLE), 12)
+    expect_only_echoes(bench, begin, "COM-20")
 
 
 @pytest.mark.requirement("COM-25")

@@ -11,9 +11,12 @@ import pytest
 from hil_tests.acceptance.commissioning_steps import (
     EXAMPLE,
     OTHER,
+    answer,
     boots_as,
     expect_period,
+    expect_report,
     first_echo,
+    waiting,
 )
 from hil_tests.api import (
     ECHO_PERIOD_NS,
@@ -22,7 +25,6 @@ from hil_tests.api import (
     BitRate,
     Frame,
     Keys,
-    Limits,
     Nmt,
     Parameters,
     Power,
@@ -44,6 +46,8 @@ def test_only_the_first_message_counts(
     bench.wait(250 * MS)
 
     second = bench.request(OTHER)
+    for node_id in (10, 11, 12):  # and a third, and more
+        bench.request(attrs.evolve(OTHER, node_id=node_id))
 
     after = bench.collect(matchers.echo(), after=echo, until=second.at)[-1]
     later = bench.beats(matchers.echo(), 5, after=second, patience_ns=3 * ECHO_PERIOD_NS)
@@ -51,8 +55,9 @@ def test_only_the_first_message_counts(
     bench.check(same, "the echo stays what it was", since=second)
     bench.wait(bench.profile.limits.store_ns)
     bench.leave_commissioning(EXAMPLE)
-    boot = boots_as(bench, EXAMPLE, "COM-21")
-    expect_period(bench, boot, EXAMPLE, "COM-21")
+    others = (OTHER.node_id, 10, 11, 12)
+    boot = boots_as(bench, EXAMPLE, "COM-06", others, "COM-21")
+    expect_period(bench, boot, EXAMPLE, "COM-06")
 
 
 @pytest.mark.requirement("COM-22")
@@ -62,7 +67,7 @@ def test_impossible_node_ids_are_ignored(
 ) -> None:
     """A 4F8h with a node id outside 1..15 gets no echo; the node goes on waiting."""
     bench.fresh()
-    bench.enter_commissioning()
+    waiting(bench)
 
     request = bench.request(attrs.evolve(OTHER, node_id=node_id))
 
@@ -76,6 +81,7 @@ def test_impossible_node_id_is_not_stored(
 ) -> None:
     """After a refused 4F8h the old parameters are used at the next start."""
     before = bench.fresh(prefer={"heartbeat_ms": 100})
+    expect_period(bench, bench.boot(), before, "HB-01")
     bench.enter_commissioning()
     for node_id in (0, 16, 255):
         bench.request(attrs.evolve(OTHER, node_id=node_id))
@@ -103,10 +109,10 @@ def test_malformed_messages_are_ignored(
 ) -> None:
     """A short, remote or extended 4F8h is ignored; the right one is still waited for."""
     bench.fresh()
-    bench.enter_commissioning()
+    waiting(bench)
     bench.tolerate_missing_boot_up()  # an echo would be held against COM-01, a must
 
-    sent = bench.send(frame)
+    sent = bench.offer(frame)
 
     bench.never(matchers.anything(), after=sent, for_ns=500 * MS)
     first_echo(bench, bench.request(EXAMPLE), payload(EXAMPLE))
@@ -123,14 +129,10 @@ def test_bytes_past_the_sixth_mean_nothing(
 
     request = bench.request(payload(EXAMPLE) + bytes.fromhex(extra))
 
-    bench.expect(
-        matchers.echo(payload(EXAMPLE)),
-        after=request,
-        within=ECHO_PERIOD_NS + bench.profile.limits.echo_each_ns,
-    )
+    answer(bench, request, payload(EXAMPLE), "COM-24")
     bench.wait(bench.profile.limits.store_ns)
     bench.leave_commissioning(EXAMPLE)
-    boots_as(bench, EXAMPLE, "COM-24")
+    boots_as(bench, EXAMPLE, "COM-06")
 
 
 FIRST = Parameters(3, 3, 100, 1, 1)
@@ -145,6 +147,13 @@ CUTS_VIRTUAL = range(0, 200, 1)
 def test_power_cut_while_storing(bench: Bench, power: Power, keys: Keys, bitrate: BitRate) -> None:
     """Power cut at any instant of storing leaves the old set or the new set, never a mixture."""
     bench.fresh()
+    for whole in (FIRST, SECOND):  # each by itself, as it must be found again
+        bench.commission(whole)
+        boot = boots_as(bench, whole, "COM-06")
+        expect_period(bench, boot, whole, "COM-09")
+        bench.enter_operational()
+        expect_report(bench, keys, keys.press(keys.names[0]), "COM-10")
+        keys.release()
     for cut_ms in CUTS_VIRTUAL if bench.stage.virtual else CUTS_REAL:
         bench.commission(FIRST)
         bench.enter_commissioning()
@@ -158,34 +167,18 @@ def test_power_cut_while_storing(bench: Bench, power: Power, keys: Keys, bitrate
             frozenset(cobs.ERROR_CONTROL + each.node_id for each in (FIRST, SECOND)),
             "boot-up of the old or the new node id",
         )
-        boot = bench.expect(
-            either, after=on, within=bench.profile.limits.boot_up_ns, requirement="COM-26"
-        )
+        within = 2 * bench.profile.limits.boot_up_ns
+        boot = bench.expect(either, after=on, within=within, requirement="COM-26")
         found = FIRST if boot.frame.can_id == cobs.ERROR_CONTROL + FIRST.node_id else SECOND
+        bench.recognised(on, found)
         expect_whole_set(bench, keys, found, boot, cut_ms)
 
 
 def expect_whole_set(bench: Bench, keys: Keys, found: Parameters, boot: Seen, cut_ms: int) -> None:
     """Heartbeat and debounce time belong to the node id that booted."""
-    each = Limits(*bench.profile.limits.heartbeat_each_ns(found.heartbeat_ns))
-    beat = matchers.heartbeat(found.node_id)
-    first = bench.expect(beat, after=boot, within=each.at_most_ns, requirement="COM-26")
-    bench.expect(beat, after=first, within=each, requirement="COM-26")
-    command = bench.nmt(Nmt.START, found.node_id)
-    bench.expect(
-        matchers.key_frame(found.node_id), after=command, within=bench.profile.limits.command_ns
-    )
-    limits = bench.profile.limits
-    pressed = keys.press(keys.names[0])
-    bench.expect(
-        matchers.key_frame(found.node_id, keys.mask, bench.profile.key_frame_bytes),
-        after=pressed,
-        within=Limits(
-            found.debounce_ns - limits.scan_ns,
-            found.debounce_ns + limits.scan_ns + limits.key_frame_ns,
-        ),
-        requirement="COM-26",
-    )
+    expect_period(bench, boot, found, "COM-26")
+    bench.entered(bench.nmt(Nmt.START))
+    expect_report(bench, keys, keys.press(keys.names[0]), "COM-26")
     whole = f"cut {cut_ms} ms after 4F8h: node {found.node_id} with its own times"
     bench.check(fact=True, text=whole, requirement="COM-26")
 
@@ -196,6 +189,7 @@ def test_wait_without_message_changes_nothing(
 ) -> None:
     """Power off in the wait, without a valid 4F8h, leaves the stored parameters as they were."""
     before = bench.fresh(prefer={"heartbeat_ms": 100})
+    expect_period(bench, bench.boot(), before, "HB-01")
     bench.enter_commissioning()
 
     bench.leave_commissioning(before)

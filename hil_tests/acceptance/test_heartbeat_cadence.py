@@ -15,7 +15,19 @@ from hil_tests.acceptance.cadence import (
     settle_in,
 )
 from hil_tests.acceptance.nmt_steps import QUICK, name_of
-from hil_tests.api import Bench, Frame, Interval, Keys, Nmt, S, State, cobs, exactly, nmt_frame
+from hil_tests.api import (
+    Bench,
+    Frame,
+    Interval,
+    Keys,
+    Nmt,
+    S,
+    State,
+    cobs,
+    exactly,
+    matchers,
+    nmt_frame,
+)
 from hil_tests.judge.periodic import ENOUGH
 
 STEPS = 20
@@ -144,8 +156,8 @@ def test_it_does_not_drift(bench: Bench) -> None:
     judge_row(bench, begin, what=" at the beginning")
     judge_row(bench, end, what=" at the end")
     if bench.stage.virtual:
-        # Nothing else is on the bus, so that frames can be counted for beats.
-        count = end[-1].index - first.index
+        seen = bench.trace.frames(first.index + 1, end[-1].index + 1)
+        count = sum(sighting.frame.can_id == first.frame.can_id for sighting in seen)
         span = end[-1].wanted.since(first.wanted)
         mean = Interval(span.earliest // count, -(-span.latest // count))
         text = f"mean of {count} heartbeat intervals"
@@ -160,7 +172,10 @@ def test_reset_starts_it_anew(bench: Bench) -> None:
     for step in range(4):
         beat = settle_in(bench, State.OPERATIONAL)
         bench.wait_until(beat.at + period * (2 * step + 1) // 8)
-        bench.nmt(Nmt.RESET_NODE)
-        first = settle_in(bench, State.PRE_OPERATIONAL)
+        reset = bench.nmt(Nmt.RESET_NODE)
+        within = bench.profile.limits.boot_up_ns
+        boot_up = matchers.boot_up(bench.node_id)
+        boot = bench.expect(boot_up, after=reset, within=within, requirement="NMT-06")
+        first = next_beat(bench, boot, "HB-06")
         bench.wait(3 * period)
         judge_row(bench, beats_since(bench, first))

@@ -6,6 +6,8 @@ it came out: by the recorded edges.
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 
 from hil_tests.acceptance.cadence import next_beat, period_ns
@@ -19,11 +21,12 @@ from hil_tests.acceptance.key_steps import (
     mask_of,
     needs_releases,
     pulse,
+    report_limits,
     settle,
     too_short_ns,
     visible_ns,
 )
-from hil_tests.api import MS, Bench, Keys, Nmt, exactly
+from hil_tests.api import MS, Bench, Frame, Keys, Nmt, State, cobs, exactly, matchers
 from hil_tests.scenarios.story import KeyStory
 
 NEAR_MS = (0, -1, 1, 0)
@@ -33,6 +36,9 @@ DEBOUNCES = (1, 5, 255)
 """x 100 ms: the shortest, a usual one, the longest."""
 
 LEVELS = ("press", "release")
+
+LEFT_FOR = {Nmt.STOP: State.STOPPED, Nmt.PRE_OPERATIONAL: State.PRE_OPERATIONAL}
+"""Where the commands lead that reset nothing."""
 
 AGAIN = 8
 """Short pulses in a row: together they last much longer than the debounce time."""
@@ -121,11 +127,12 @@ def test_bounce_late_in_the_time_starts_it_anew(bench: Bench, keys: Keys, level:
     """A bounce just before the debounce time is over puts the frame off by all of that time."""
     story = ready(bench, keys, level, debounce=5)
     spans = [too_short_ns(bench), visible_ns(bench)] * 2
+    begin = bench.now()
     pulse(keys, keys.names[1], spans, held=level == "release")
     settle(bench)
     name = keys.names[1]
     wanted = 0 if level == "release" else mask_of(bench.profile, [name])
-    masks = key_masks(bench, bench.now() - known(bench).debounce_ns - 100 * MS)
+    masks = key_masks(bench, begin)
     bench.check(masks[-1:] == [wanted], f"{wanted:02X}h in the end; {masks}", requirement="KEY-06")
     story.judge("KEY-05", "KEY-06")
 
@@ -193,14 +200,49 @@ def test_last_frame_shows_the_final_state(bench: Bench, keys: Keys, debounce: in
     story.judge("KEY-06", "KEY-04")
 
 
+@pytest.mark.requirement("KEY-06", "KEY-05")
+@pytest.mark.parametrize("level", LEVELS)
+def test_led_frames_do_not_delay_a_key(bench: Bench, keys: Keys, level: str) -> None:
+    """LED frames that come between the edge and the report neither delay nor lose it."""
+    story = ready(bench, keys, level, debounce=1)
+    moved = bench.now() + 20 * MS
+    name = keys.names[1]
+    for after_ms in (5, 45, 85):
+        for base in (cobs.LED_STEADY, cobs.LED_BLINK):
+            frame = Frame(base + bench.node_id, bytes(bench.profile.led_frame_bytes))
+            bench.at(moved + after_ms * MS, partial(bench.post, frame))
+    held = frozenset[str]() if level == "release" else frozenset((name,))
+    keys.sequence([(20 * MS, held)])
+    settle(bench)
+    story.judge("KEY-06", "KEY-05")
+
+
+@pytest.mark.requirement("KEY-06", "KEY-02")
+def test_hundreds_of_changes_are_reported(bench: Bench, keys: Keys) -> None:
+    """Of many presses and releases of one key each is shown once (in virtual time 300)."""
+    needs_releases(bench)
+    story = KeyStory.operational(bench, {"node_id": 6}, debounce=0)
+    name, begin = frozenset(keys.names[-1:]), bench.now()
+    count, apart_ns = (300 if bench.stage.virtual else 20), 2 * report_limits(bench).at_most_ns
+    keys.sequence([(n * apart_ns, frozenset() if n % 2 else name) for n in range(count)])
+    settle(bench)
+    changes = len(key_masks(bench, begin))
+    bench.check(changes == count, f"{count} changes bring {count} frames; {changes} came")
+    story.judge("KEY-06", "KEY-02")
+
+
 @pytest.mark.requirement("KEY-05", "KEY-01")
 def test_reentry_does_not_change_the_time(bench: Bench, keys: Keys) -> None:
     """After stop and start, and after a reset, the debounce time is what it was."""
     story = KeyStory.operational(bench, PREFERRED)
     name = keys.names[1]
     for command in (Nmt.STOP, Nmt.PRE_OPERATIONAL, Nmt.RESET_NODE, Nmt.RESET_COMMUNICATION):
-        bench.nmt(command)
-        bench.wait(bench.profile.limits.boot_up_ns)
+        sent = bench.nmt(command)
+        if command in LEFT_FOR:
+            bench.expect_state(LEFT_FOR[command], after=sent, requirement="NMT-04")
+        else:
+            boot_up, within = matchers.boot_up(bench.node_id), bench.profile.limits.boot_up_ns
+            bench.expect(boot_up, after=sent, within=within, requirement="NMT-06")
         bench.enter_operational()
         settle(bench)
         expect_keys(bench, [name], after=keys.press(name))

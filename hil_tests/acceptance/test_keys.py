@@ -15,10 +15,11 @@ from hil_tests.acceptance.key_steps import (
     report_limits,
     settle,
 )
-from hil_tests.acceptance.nmt_steps import name_of
+from hil_tests.acceptance.nmt_steps import enter, name_of
 from hil_tests.api import MS, Bench, Frame, Keys, Nmt, NotApplicable, cobs, matchers
 from hil_tests.scenarios.story import KeyStory
 
+LEADS_TO = cobs.LEADS_TO
 LEAVING = (Nmt.STOP, Nmt.PRE_OPERATIONAL)
 RESETS = (Nmt.RESET_NODE, Nmt.RESET_COMMUNICATION)
 
@@ -31,8 +32,7 @@ def test_entry_brings_one_key_frame(bench: Bench, keys: Keys, addressee: str) ->
         bench.needs_exclusive()
     story = KeyStory.begin(bench, PREFERRED)
     command = bench.nmt(Nmt.START, bench.node_id if addressee == "own id" else 0)
-    key_frame = matchers.key_frame(bench.node_id)
-    bench.expect(key_frame, after=command, within=bench.profile.limits.command_ns)
+    bench.entered(command)
     settle(bench)
     expect_masks(bench, [keys.mask], after=command)
     story.judge("KEY-01")
@@ -46,9 +46,9 @@ def test_each_entry_shows_the_keys_held(bench: Bench, keys: Keys, way_out: Nmt) 
     for name in keys.names[-3:]:
         pressed = keys.press(name)
         expect_keys(bench, keys.held, after=pressed, requirement="KEY-02")
-        bench.nmt(way_out)
-        bench.wait(bench.profile.limits.command_ns + MARGIN_NS)
+        enter(bench, LEADS_TO[way_out])
         command = bench.nmt(Nmt.START)
+        bench.entered(command)
         settle(bench)
         expect_masks(bench, [keys.mask], after=command)
     story.judge("KEY-01", "KEY-07")
@@ -196,14 +196,14 @@ def test_outside_operational_keys_are_silent(bench: Bench, keys: Keys, state: st
 def test_changes_outside_are_not_made_up_for(bench: Bench, keys: Keys, way_out: Nmt) -> None:
     """Presses that came and went outside operational leave no trace after the entry."""
     story = KeyStory.operational(bench, PREFERRED)
-    bench.nmt(way_out)
-    bench.wait(bench.profile.limits.command_ns)
+    enter(bench, LEADS_TO[way_out])
     for name in keys.names:
         keys.hold(name)
         settle(bench)
         keys.release()
         settle(bench)
     command = bench.nmt(Nmt.START)
+    bench.entered(command)
     settle(bench)
     expect_masks(bench, [0], after=command)
     story.judge("KEY-07", "KEY-01")
@@ -218,8 +218,9 @@ def test_change_that_matures_outside_is_not_sent(bench: Bench, keys: Keys, way_o
     keys.press(keys.names[0])
     left = bench.nmt(way_out)
     settle(bench)
-    expect_masks(bench, [], after=left)
+    bench.expect_state(LEADS_TO[way_out], after=left, requirement="NMT-04")
     command = bench.nmt(Nmt.START)
+    bench.entered(command)
     settle(bench)
     text = "the press is shown after the next entry"
     bench.check(key_masks(bench, command)[-1:] == [keys.mask], text, since=command)
@@ -285,6 +286,7 @@ def test_keys_held_at_the_start_are_shown(bench: Bench, keys: Keys, which: str) 
         bench.boot()
         bench.wait(bench.profile.limits.emcy_ns)
         command = bench.nmt(Nmt.START)
+        bench.entered(command)
         settle(bench)
         bench.wait(bench.profile.limits.command_ns)
         masks = key_masks(bench, command)
@@ -328,6 +330,7 @@ def test_key_pressed_just_before_entry_is_shown(bench: Bench, keys: Keys) -> Non
     keys.press(keys.names[1])
     bench.wait(100 * MS)
     command = bench.nmt(Nmt.START)
+    bench.entered(command)
     settle(bench)
     bench.wait(bench.profile.limits.command_ns)
     masks = key_masks(bench, command)

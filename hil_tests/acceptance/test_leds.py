@@ -16,10 +16,11 @@ from hil_tests.acceptance.led_steps import (
     set_blinking,
     set_steady,
     settle,
+    show_both,
     start_dark,
     steady_id,
 )
-from hil_tests.acceptance.nmt_steps import name_of
+from hil_tests.acceptance.nmt_steps import enter, name_of
 from hil_tests.api import Bench, Frame, Leds, Nmt, NotApplicable, Power, cobs, matchers
 
 LEAVING = (Nmt.STOP, Nmt.PRE_OPERATIONAL)
@@ -31,8 +32,7 @@ Lights = Callable[[Bench, list[str]], object]
 
 def leave(bench: Bench, way_out: Nmt) -> None:
     """Out of operational, and long enough for that to have taken effect."""
-    bench.nmt(way_out)
-    bench.wait(bench.profile.limits.command_ns)
+    enter(bench, cobs.LEADS_TO[way_out])
 
 
 @pytest.mark.requirement("LED-01", "LED-03")
@@ -79,10 +79,12 @@ def test_bytes_of_the_source(bench: Bench, leds: Leds) -> None:
     if profile.led_frame_bytes != 1 or not {0, 1} <= set(bits):
         raise NotApplicable("the profile has other LED maps than the source's keypad")
     start_dark(bench, {"node_id": 10})
-    bench.send(Frame(0x200 + bench.node_id, b"\x01"))
+    sent = bench.send(Frame(0x200 + bench.node_id, b"\x01"))
+    settle(bench)
+    expect_lights(bench, leds, on=[bits[0]], after=sent)
     sent = bench.send(Frame(0x300 + bench.node_id, b"\x02"))
     settle(bench)
-    expect_lights(bench, leds, on=[bits[0]], blink=[bits[1]], after=sent)
+    expect_lights(bench, leds, on=[bits[0]], blink=[bits[1]], after=sent, moved=[bits[1]])
 
 
 def strange_frames(bench: Bench) -> list[Frame]:
@@ -110,8 +112,7 @@ def test_frames_that_are_not_for_it_light_nothing(bench: Bench, leds: Leds) -> N
     bench.needs_exclusive()
     start_dark(bench)
     half, rest = leds.names[::2], leds.names[1::2]
-    set_steady(bench, half)
-    sent = set_blinking(bench, rest)
+    sent = show_both(bench, leds, half, rest)
     for frame in strange_frames(bench):
         sent = bench.send(frame)
     settle(bench)
@@ -123,9 +124,7 @@ def test_maps_do_not_touch_each_other(bench: Bench, leds: Leds) -> None:
     """Writing either map leaves the LEDs of the other as they were."""
     start_dark(bench)
     half, rest = leds.names[::2], leds.names[1::2]
-    set_steady(bench, half)
-    sent = set_blinking(bench, rest)
-    expect_lights(bench, leds, on=half, blink=rest, after=sent)
+    show_both(bench, leds, half, rest)
     sent = set_steady(bench, half[:1])
     expect_lights(bench, leds, on=half[:1], blink=rest, after=sent)
     sent = set_blinking(bench, rest[:1])
@@ -142,7 +141,8 @@ def test_each_map_is_kept_beneath_the_other(bench: Bench, leds: Leds) -> None:
     """An LED in both maps goes on with the one that is left when it leaves the other."""
     start_dark(bench)
     name = leds.names[-1]
-    set_blinking(bench, [name])
+    sent = set_blinking(bench, [name])
+    expect_lights(bench, leds, blink=[name], after=sent, requirement="LED-02")
     set_steady(bench, [name])
     sent = set_steady(bench, ())
     expect_lights(bench, leds, blink=[name], after=sent)
@@ -206,16 +206,15 @@ def test_frames_outside_operational_put_nothing_out(
 def test_short_frames_are_ignored(bench: Bench, leds: Leds, which: str) -> None:
     """Frames with fewer bytes than the map, none included, change no LED."""
     start_dark(bench)
-    if which == "steady":
-        set_steady(bench, leds.names)
-    else:
-        set_blinking(bench, leds.names)
+    on, blink = (leds.names, ()) if which == "steady" else ((), leds.names)
+    before = set_steady(bench, on) if which == "steady" else set_blinking(bench, blink)
+    requirement = "LED-01" if which == "steady" else "LED-02"
+    expect_lights(bench, leds, on, blink, after=before, requirement=requirement)
     can_id = steady_id(bench) if which == "steady" else blink_id(bench)
     sent = bench.now()
     for size in range(bench.profile.led_frame_bytes):
         bench.send(Frame(can_id, bytes(size)))
     settle(bench)
-    on, blink = (leds.names, ()) if which == "steady" else ((), leds.names)
     expect_lights(bench, leds, on, blink, after=sent)
 
 
@@ -228,6 +227,7 @@ def test_extra_bytes_mean_nothing(bench: Bench, leds: Leds, filling: int) -> Non
         raise NotApplicable("the map takes all of the frame")
     start_dark(bench)
     half, rest = leds.names[::2], leds.names[1::2]
+    show_both(bench, leds, rest, half)
     for length in {size + 1, 8}:
         extra = bytes([filling]) * (length - size)
         bench.send(Frame(steady_id(bench), led_data(bench, half) + extra))
@@ -262,7 +262,11 @@ def test_led_in_both_maps(bench: Bench, leds: Leds, first: str) -> None:
     start_dark(bench)
     half = leds.names[::2]
     order = (set_steady, set_blinking) if first == "steady" else (set_blinking, set_steady)
-    order[0](bench, half)
+    sent = order[0](bench, half)
+    if first == "steady":
+        expect_lights(bench, leds, on=half, after=sent, requirement="LED-01")
+    else:
+        expect_lights(bench, leds, blink=half, after=sent, requirement="LED-02")
     sent = order[1](bench, half)
     steady = bench.profile.both_set == "steady"
     expect_lights(bench, leds, half if steady else (), () if steady else half, after=sent)
@@ -322,4 +326,4 @@ def test_leds_on_leaving_are_recorded(bench: Bench, leds: Leds, way_out: Nmt) ->
     bench.enter_operational()
     set_steady(bench, rest)
     sent = set_blinking(bench, half)
-    expect_lights(bench, leds, on=rest, blink=half, after=sent, requirement="LED-01")
+    expect_lights(bench, leds, on=rest, blink=half, after=sent, moved=half)

@@ -7,6 +7,7 @@ from itertools import product
 import attrs
 import pytest
 
+from hil_tests.acceptance.commissioning_steps import expect_period
 from hil_tests.acceptance.nmt_steps import (
     COMMAND_TO,
     QUICK,
@@ -171,10 +172,9 @@ def test_parameters_outlast_a_reset(bench: Bench, command: Nmt, state: State) ->
     sent = bench.nmt(command)
     within = bench.profile.limits.boot_up_ns
     boot = bench.expect(matchers.boot_up(bench.node_id), after=sent, within=within)
-    each = bench.watch.expected.heartbeat_each
-    beat = bench.expect(matchers.heartbeat(bench.node_id), after=boot, within=each.at_most_ns)
-    for _ in range(2):
-        beat = bench.expect(matchers.heartbeat(bench.node_id), after=beat, within=each)
+    assert bench.parameters
+    if bench.parameters.heartbeat_ns:
+        expect_period(bench, boot, bench.parameters, "NMT-06")
     bench.expect_state(State.PRE_OPERATIONAL, after=boot)
 
 
@@ -185,14 +185,12 @@ def test_commissioned_parameters_outlast_resets(bench: Bench, power: Power, keys
     bench.commission(target)
     bench.boot()
     limits = bench.profile.limits
-    each = bench.watch.expected.heartbeat_each
     for command, state in product(RESETS, RUNNING_STATES):
         enter(bench, state)
         sent = bench.nmt(command)
-        boot_up, heartbeat = matchers.boot_up(bench.node_id), matchers.heartbeat(bench.node_id)
+        boot_up = matchers.boot_up(bench.node_id)
         boot = bench.expect(boot_up, after=sent, within=limits.boot_up_ns)
-        beat = bench.expect(heartbeat, after=boot, within=each.at_most_ns)
-        bench.expect(heartbeat, after=beat, within=each)
+        expect_period(bench, boot, target, "NMT-06")
 
 
 @pytest.mark.requirement("NMT-04", "NMT-07")

@@ -11,13 +11,14 @@ from dataclasses import dataclass
 
 import attrs
 
-from hil_tests.bench.judging import JudgingBench
+from hil_tests.bench.judging import LOOK_ON_NS, JudgingBench
+from hil_tests.bench.terms import interval_of
 from hil_tests.clock import MS
 from hil_tests.config import Parameters
 from hil_tests.errors import NotAcknowledged
 from hil_tests.judge import matchers
 from hil_tests.judge.causal import Seen
-from hil_tests.judge.cobs import COMMISSION, Nmt, parameter_bytes
+from hil_tests.judge.cobs import COMMISSION, Nmt, State, parameter_bytes
 from hil_tests.judge.verdict import DeviceFailure, NotRun
 from hil_tests.trace import Moment
 from node_model.frame import Frame
@@ -170,13 +171,19 @@ class Bench(JudgingBench):
 
     def enter_operational(self) -> Seen:
         """The NMT command "start" and the key frame that answers it."""
-        command = self.nmt(Nmt.START)
-        return self.expect(
-            matchers.key_frame(self.node_id),
-            after=command,
-            within=self.profile.limits.command_ns,
-            requirement="KEY-01",
-        )
+        return self.entered(self.nmt(Nmt.START))
+
+    def entered(self, command: Seen) -> Seen:
+        """The key frame that follows the command "start" (KEY-01).
+
+        Where none comes, and the heartbeat says that the node is not operational, it is the
+        command that was not obeyed (NMT-04).
+        """
+        key_frame, within = matchers.key_frame(self.node_id), self.profile.limits.command_ns
+        told = self.first(key_frame, command, interval_of(command).latest + within + LOOK_ON_NS)
+        if told is None and self.watch.expected.heartbeat_ns:
+            self.expect_state(State.OPERATIONAL, after=command, requirement="NMT-04")
+        return self.expect(key_frame, after=command, within=within, requirement="KEY-01")
 
     # Commissioning.
 
@@ -208,8 +215,12 @@ class Bench(JudgingBench):
         """Send one 4F8h; from now on the device's parameters count as unknown."""
         data = parameters if isinstance(parameters, bytes) else payload(parameters)
         self.forget()
+        return self.offer(Frame(COMMISSION, data))
+
+    def offer(self, frame: Frame) -> Seen:
+        """Send a frame to a node that waits to be commissioned, at 125 kbit/s (COM-02)."""
         try:
-            return self.send(Frame(COMMISSION, data))
+            return self.send(frame)
         except NotAcknowledged as error:
             if not self.device_proven:
                 raise
@@ -257,6 +268,14 @@ class Bench(JudgingBench):
         known, self.parameters = self.parameters, None
         self._close_watch(off=False)
         self.parameters = known
+
+    def recognised(self, on: Moment, parameters: Parameters) -> None:
+        """The device that was switched on by `on` has these: the monitors judge since then."""
+        self.parameters = parameters
+        self.watch = self._new_watch(off=True, since=on.began_at)
+        self.watch.did(on)
+        for index in range(self.trace.index_at(on.began_at), len(self.trace)):
+            self.watch.see(self.trace.frame(index), index)
 
     def _recommission(self, target: Parameters) -> None:
         try:

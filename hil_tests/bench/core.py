@@ -115,7 +115,7 @@ class BenchCore:
         stage = self.stage
         return expected_of(self.profile, parameters, exclusive=stage.exclusive, fades=stage.fades)
 
-    def _new_watch(self, *, off: bool) -> Watch:
+    def _new_watch(self, *, off: bool, since: int | None = None) -> Watch:
         port = self.stage.port
         rate = self.stage.bit_rate
         return Watch(
@@ -123,7 +123,7 @@ class BenchCore:
             1_000_000_000 // rate if port.timed else 0,
             frozenset((State.OFF,)) if off else ANY_STATE,
             rate,
-            self.now(),
+            self.now() if since is None else since,
         )
 
     # The trace.

@@ -340,8 +340,13 @@ class JudgingBench(BenchCore):
         return state
 
     def expect_state(self, state: State, *, after: When, requirement: str = "") -> None:
-        """The heartbeat shows `state` once a command has had time to act."""
+        """The heartbeat shows `state` once a command has had time to act.
+
+        Where only the next one does, the command was obeyed and shown too late (HB-03).
+        """
         found = self.shown_state(after)
+        if found is not state and self.shown_state(self.now()) is state:
+            requirement = "HB-03"
         text = f"state {state} after {_name(after)}; the heartbeat shows {found}"
         self.check(found is state, text, requirement=requirement, since=after)
 

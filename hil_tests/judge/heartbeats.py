@@ -86,6 +86,7 @@ class Heartbeats:
         self._end_steady()
         self._last = seen
         self._first = True
+        self._started = False
 
     def _resume(self, last: Seen) -> None:
         """A stretch of undisturbed beats began with `last`, unless a command may still act."""
@@ -153,7 +154,8 @@ class Heartbeats:
 
     def restarted(self, when: Interval, by: Nmt | None) -> None:
         """A new start."""
-        self._started = False
+        if by is None:
+            self._started = False
         self.silenced(when)
         if by is not None:
             self._free_until = when.latest + self._expected.command_ns

@@ -91,6 +91,9 @@ class AllowedFrames:
         """Note what is wrong with a frame."""
         frame = seen.frame
         rule = self._rules.get(frame.can_id)
+        if frame.can_id != ECHO and self._commissions(seen.wanted):
+            self._forbidden(seen, frozenset(), self._timeline.possible(seen.wanted), "ROB-02")
+            return
         if rule is None and not self._identified:
             return  # without a node id nobody can say whose frame it is
         if rule is None or frame.extended or frame.remote:
@@ -117,6 +120,11 @@ class AllowedFrames:
             self._forbidden(seen, states, possible, requirement)
         elif frame.can_id == ECHO and not self._requested:
             self._suspect("COM-01", f"echo {frame} before any 4F8h was sent", seen)
+
+    def _commissions(self, when: Interval) -> bool:
+        """It waits to be commissioned, or echoes."""
+        possible = self._timeline.possible(when)
+        return State.COMMISSIONING in possible and State.PRE_OPERATIONAL not in possible
 
     def _suspect(self, requirement: str, text: str, seen: Seen) -> None:
         self._suspicions.append(Suspicion(requirement, text, seen, always_wrong))
@@ -154,7 +162,7 @@ class AllowedFrames:
 
 
 class BootUp:
-    """Boot-up comes once after each reset, before everything else, and never else (NMT-02)."""
+    """Boot-up comes once after each reset, first of all, and never else (NMT-02, NMT-06)."""
 
     def __init__(self, expected: Expected) -> None:
         self._expected = expected
@@ -183,7 +191,7 @@ class BootUp:
             if seen.wanted.latest > bound:
                 self._suspicions.append(
                     Suspicion(
-                        "NMT-02",
+                        self._name,
                         f"{frame} came before the boot-up",
                         seen,
                         lambda when: Outcome.FAIL if when.earliest > bound else Outcome.PASS,
@@ -227,7 +235,8 @@ class BootUp:
         self._overdue(when.earliest)
         self._owed = 1 if by is None else self._owed + 1
         self._excused = 0 if by is None else self._excused
-        self._name = "NMT-02"
+        # That a command to reset leads to a boot-up is NMT-06.
+        self._name = "NMT-02" if by is None else "NMT-06"
         self._since = when
         self._grace_ns = 0 if by is None else self._expected.command_ns
 

@@ -129,6 +129,8 @@ class Watch:
         self._allowed.see(seen)
         if self.expected.node_id is None or seen.wanted.earliest <= self._fades_until:
             return  # whose it is nobody can say, or it is dying, and owes nothing any more
+        if self._commissions(seen.wanted):
+            return  # there every frame but the echo is wrong, and none is a start or a beat
         self._boot.see(seen)
         if frame.can_id == self._beat_id and not frame.extended and not frame.remote:
             self._heartbeats.see(seen)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-NAME, IDS = 43, 38
+NAME, IDS = 44, 70
 """Widths of the columns; the longest entries just fit."""
 
 

@@ -106,6 +106,27 @@ def prevails(
     return body
 
 
+def ends_with(
+    body: BaseException | None,
+    found: Sequence[Verdict],
+    claimed: str,
+    kinds: Mapping[str, Requirement],
+    strict: bool,
+) -> BaseException | None:
+    """What a test ends with, its body and the monitors taken together; None = all is well.
+
+    Args:
+        body: what the test raised.
+        found: what monitors found in it.
+        claimed: the requirement that a failure is held against where it names none.
+        kinds: the catalogue.
+        strict: observations count as failures.
+    """
+    body = claim(body, claimed)
+    came_of_body = classify(body, kinds, strict)
+    return claim(prevails(body, gravest_error(found), came_of_body), claimed)
+
+
 def exit_status(outcomes: Collection[str], own: int, *, require_all: bool, broken: bool) -> int:
     """Exit status of a run; see the table in the design.
 

@@ -137,13 +137,11 @@ class Run:
             error = error if outcome.is_bench_error(error) else broken
         for verdict in found:
             bench.record(verdict)
-        error = outcome.claim(error, claimed)
         strict = bool(self.plan.settings["can_strict"])
-        came_of_body = outcome.classify(error, self.plan.requirements, strict)
-        ends_with = outcome.prevails(error, outcome.gravest_error(found), came_of_body)
+        ends_with = outcome.ends_with(error, found, claimed, self.plan.requirements, strict)
         if isinstance(ends_with, BenchError):
-            ends_with = self._suspect(bench, ends_with)
-        return outcome.claim(ends_with, claimed)
+            return self._suspect(bench, ends_with)
+        return ends_with
 
     def _suspect(self, bench: Bench, error: BenchError) -> BenchError:
         """A bench that broke in a test: it goes on unless its port, peer or model is gone."""

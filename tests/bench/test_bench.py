@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -14,7 +15,7 @@ from hil_tests.bench.virtual import VirtualStage
 from hil_tests.clock import MS, S
 from hil_tests.config import Parameters
 from hil_tests.errors import BenchError
-from hil_tests.judge.cobs import Nmt
+from hil_tests.judge.cobs import Nmt, State
 from hil_tests.judge.verdict import DeviceFailure, NotRun
 from node_model import faults, keypad
 from node_model.frame import Frame
@@ -255,7 +256,7 @@ def test_operational_is_a_start_and_a_command() -> None:
 
 
 def test_a_virtual_watch_sees_every_change_at_its_instant() -> None:
-    """Light that a frame puts on, that blinks, and that a reset puts out: no instant is in doubt."""
+    """Light put on by a frame, blinking, put out by a reset: no instant is in doubt."""
     bench = virtual()
     bench.begin()
     bench.operational()
@@ -309,3 +310,60 @@ def test_fake_and_virtual_stages_are_stages() -> None:
 
     stages: list[Stage] = [FakeStage(FakePort()), virtual().stage]
     assert len(stages) == 2
+
+
+# Whom to blame.
+
+
+def blamed(fault: str, act: Callable[[Bench], object]) -> str:
+    """The requirement on which a faulty keypad fails something."""
+    stage = VirtualStage(lambda profile, image: faults.make(fault, profile, image), keypad.load())
+    bench = Bench(stage, PROFILE, HOME)
+    bench.begin()
+    with pytest.raises(DeviceFailure) as failure:
+        act(bench)
+    return failure.value.verdict.requirement
+
+
+@pytest.mark.parametrize(
+    ("fault", "requirement"),
+    [
+        ("ignores-start", "NMT-04"),
+        ("entry-frame-missing", "KEY-01"),
+        ("entry-frame-late", "KEY-01"),
+    ],
+)
+def test_who_is_not_operational_is_not_blamed_for_its_keys(fault: str, requirement: str) -> None:
+    """A node that does not obey "start" owes no key frame; one that does owes it in time."""
+    assert blamed(fault, Bench.operational) == requirement
+
+
+@pytest.mark.parametrize(
+    ("fault", "requirement"),
+    [("ignores-stop", "NMT-04"), ("heartbeat-shows-old-state", "HB-03")],
+)
+def test_a_state_that_is_shown_late_was_reached(fault: str, requirement: str) -> None:
+    """Where the next heartbeat shows it the command was obeyed."""
+
+    def stop(bench: Bench) -> None:
+        bench.start()
+        sent = bench.nmt(Nmt.STOP)
+        bench.expect_state(State.STOPPED, after=sent, requirement="NMT-04")
+
+    assert blamed(fault, stop) == requirement
+
+
+def test_a_device_is_judged_since_it_was_switched_on_once_it_is_recognised() -> None:
+    """A second boot-up is found, though it came before anybody knew whose it was."""
+    stage = VirtualStage(
+        lambda profile, image: faults.make("boot-up-twice", profile, image), keypad.load()
+    )
+    bench = Bench(stage, PROFILE, HOME)
+    bench.begin()
+    bench.fresh()
+    bench.tolerate_missing_boot_up()
+    assert bench.power
+    on = bench.power.on()
+    bench.wait(500 * MS)
+    bench.recognised(on, HOME)
+    assert [verdict.requirement for verdict in bench.end()] == ["NMT-02"]

@@ -203,6 +203,16 @@ def test_operational_without_any_start() -> None:
     assert scene.blamed(160) == ["NMT-03"]
 
 
+def test_operational_though_a_reset_was_commanded() -> None:
+    """A node that ignores the reset was started by NMT all the same."""
+    scene = Scene().started()
+    scene.command(Nmt.START, 60)
+    scene.beats([150], 0x05)
+    scene.command(Nmt.RESET_NODE, 160)
+    scene.beat(250, 0x05)
+    assert scene.blamed(260) == ["NMT-06", "NMT-07"]
+
+
 def test_a_state_that_no_command_led_to() -> None:
     """After some command it is the transition that is wrong."""
     scene = Scene().started()

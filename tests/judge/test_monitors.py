@@ -143,6 +143,16 @@ def test_nothing_but_echo_in_commissioning() -> None:
     assert scene.blamed(400) == ["COM-01", "COM-12"]
 
 
+def test_a_regular_life_in_commissioning_is_no_start() -> None:
+    """Boot-up, beats and strange frames are held against the wait alone, not against a start."""
+    scene = Scene()
+    scene.power(0, on=True, mode="commissioning")
+    scene.see(Frame(BEAT, b"\x00"), 50)
+    scene.see(Frame(0x589, bytes(8)), 60)
+    scene.beats([150, 400])
+    assert scene.blamed(3000) == ["COM-01"] * 4
+
+
 def test_an_echo_without_a_message() -> None:
     """A new power-up needs a new message."""
     scene = Scene()
@@ -237,7 +247,7 @@ def test_a_frame_before_boot_up_after_power_on() -> None:
     assert "before the boot-up" in verdict.text
 
 
-@pytest.mark.parametrize(("at_ms", "blamed"), [(150, []), (151, ["NMT-02"])])
+@pytest.mark.parametrize(("at_ms", "blamed"), [(150, []), (151, ["NMT-06"])])
 def test_a_frame_before_boot_up_after_a_command(at_ms: int, blamed: list[str]) -> None:
     """Until the command must have acted the node still lives its old life."""
     scene = Scene().started()

@@ -72,7 +72,7 @@ def test_at_another_bit_rate_nothing_is_heard() -> None:
     assert scene.blamed(9000) == []
     scene.rate(9000, 250_000)
     scene.command(Nmt.RESET_NODE, 9100)
-    assert scene.blamed(10_101) == ["NMT-02"]
+    assert scene.blamed(10_101) == ["NMT-06"]
 
 
 def test_changing_the_rate_ends_what_was_watched() -> None:
@@ -171,7 +171,7 @@ def test_a_node_in_either_mode_may_obey_a_reset() -> None:
         scene.command(Nmt.RESET_NODE, 60)
         if boots:
             scene.see(Frame(BEAT, b"\x00"), 70)
-        assert ("NMT-02" in scene.blamed(3000)) is not boots
+        assert ("NMT-06" in scene.blamed(3000)) is not boots
 
 
 @pytest.mark.parametrize(("last_ms", "blamed"), [(1190, []), (1210, ["ROB-02"])])
