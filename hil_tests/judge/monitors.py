@@ -191,7 +191,7 @@ class BootUp:
             if seen.wanted.latest > bound:
                 self._suspicions.append(
                     Suspicion(
-                        self._name,
+                        "NMT-06" if self._name == "NMT-06" else "NMT-02",
                         f"{frame} came before the boot-up",
                         seen,
                         lambda when: Outcome.FAIL if when.earliest > bound else Outcome.PASS,

@@ -12,7 +12,7 @@ from node_model.node import MS, NOTHING, Frames, earliest
 class PausingKeys(Operation):
     """Key frames wait a while; a reset forgets those that still do."""
 
-    span_ns = 18 * MS
+    span_ns = 19 * MS
 
     def __init__(self, profile: Profile, parameters: Parameters, mask: int, now: int) -> None:
         self._pending: list[tuple[int, Frame]] = []

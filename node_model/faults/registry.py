@@ -10,6 +10,7 @@ from functools import partial
 from types import MappingProxyType
 from typing import Protocol
 
+from node_model.faults import limit_variants
 from node_model.faults.mutants import FAULTS
 from node_model.faults.parts import Deviation, Fault, assemble
 from node_model.faults.variants import DEVIATIONS
@@ -82,7 +83,9 @@ def _variant(part: type[Deviation]) -> Variant:
 
 
 MUTANTS: Mapping[str, Mutant] = MappingProxyType({name_of(p): _mutant(p) for p in FAULTS})
-VARIANTS: Mapping[str, Variant] = MappingProxyType({name_of(p): _variant(p) for p in DEVIATIONS})
+VARIANTS: Mapping[str, Variant] = MappingProxyType(
+    {name_of(part): _variant(part) for part in (*DEVIATIONS, *limit_variants.DEVIATIONS)}
+)
 
 
 def make(name: str | None, profile: Profile, image: bytes = b"") -> Panel:

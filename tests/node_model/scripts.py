@@ -200,7 +200,8 @@ def parameters() -> Iterator[Script]:
         yield factory(bit_rate_code=code), steps(*STARTED)
     for node_id in (9, 15):
         yield factory(node_id=node_id), steps(*RUNNING, (10, nmt(1, 0)), (300, nmt(129, 0)))
-    for heartbeat_ms in (0, 10, 15, 1000, 0x1234, 0xFFFF):
+        yield factory(node_id=node_id), steps(*RUNNING, (10, nmt(1, node_id)))
+    for heartbeat_ms in (0, 1, 10, 15, 256, 1000, 0x1234, 0xFFFF):
         profile = factory(heartbeat_ms=heartbeat_ms, sync_time=1)
         moves: list[tuple[int, Input]] = [(300, held("k3")), (333, Frame(0x201, b"\1"))]
         long_ms = 70 * min(heartbeat_ms, 1000)
@@ -208,6 +209,24 @@ def parameters() -> Iterator[Script]:
     for debounce in (0, 12):
         moves = [(2000, held("k3")), (2000, held("k3", "k4")), (1000, NONE)]
         yield factory(debounce=debounce, sync_time=7), steps(*STARTED, *moves)
+
+
+def long_lives() -> Iterator[Script]:
+    """What comes late: the third time, a full counter, the last value of a range."""
+    yield factory(heartbeat_ms=10), steps(*STARTED, (12_000, None))
+    yield PROFILE, steps(*STARTED, (70_000, None))
+    presses: list[tuple[int, Input]] = [(20, held("k3")), (20, NONE)]
+    yield factory(debounce=0), steps(*STARTED, *presses * 130)
+    yield PROFILE, steps(*RUNNING, *((100, nmt(129 + n % 2, 0)) for n in range(4)))
+    yield PROFILE, steps(*STARTED, (100, False), (150, True), (100, START))
+    light: tuple[tuple[int, Input], ...] = ((10, Frame(0x301, b"\x84")), *((45, None),) * 30)
+    yield PROFILE, steps(*STARTED, *light)
+    for debounce in (130, 255):
+        yield factory(debounce=debounce), steps(*STARTED, (100, held("k3")), (30_000, None))
+        data = bytes((3, 2, 1, 0, 0, debounce))
+        again = ((200, Frame(0x4F8, bytes((n, *data[1:])))) for n in (4, 5, 6))
+        begin: tuple[tuple[int, Input], ...] = ((0, BOTH), *RUNNING, (20, Frame(0x4F8, data)))
+        yield PROFILE, steps(*begin, *again, (6000, None))
 
 
 def scripts() -> Iterable[Script]:
@@ -218,5 +237,6 @@ def scripts() -> Iterable[Script]:
         *parameters(),
         *commissionings(),
         *commands(),
+        *long_lives(),
         foreign_traffic(),
     )

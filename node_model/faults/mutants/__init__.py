@@ -9,7 +9,9 @@ from node_model.faults.mutants import (
     leds,
     light,
     memory,
+    narrow,
     nmt,
+    rare,
     request,
     robustness,
     start,
@@ -29,6 +31,8 @@ FAULTS: tuple[type[Fault], ...] = (
     *leds.FAULTS,
     *light.FAULTS,
     *robustness.FAULTS,
+    *narrow.FAULTS,
+    *rare.FAULTS,
 )
 
 __all__ = ["FAULTS"]

@@ -30,7 +30,7 @@ _ABORT_GENERAL = b"\x80\x00\x00\x00\x00\x00\x00\x08"
 class NeverCommissions(Keypad, Fault):
     """Held commissioning keys are overlooked: the start is regular."""
 
-    violates = ("COM-01", "COM-04", "COM-05")
+    violates = ("COM-01", "COM-04", "COM-05", "COM-02")
 
     def wants_commissioning(self) -> bool:
         """Never."""
@@ -40,7 +40,7 @@ class NeverCommissions(Keypad, Fault):
 class CommissionsWithOneKey(Keypad, Fault):
     """One of the two commissioning keys is enough."""
 
-    violates = ("COM-27",)
+    violates = ("COM-27", "NMT-02")
 
     def wants_commissioning(self) -> bool:
         """Any of them."""
@@ -134,7 +134,7 @@ class ReportsKeysWhileWaiting(Commissioning, Fault):
 class TakesAnyPdo(Commissioning, Fault):
     """Any PDO of six bytes is taken for the parameters."""
 
-    violates = ("COM-03",)
+    violates = ("COM-03", "COM-01")
     listens_to = None
 
     def accepts(self, frame: Frame) -> bool:
@@ -146,7 +146,7 @@ class TakesAnyPdo(Commissioning, Fault):
 class TakesParametersOverSdo(Commissioning, Fault):
     """An SDO request with sensible bytes is taken for the parameters."""
 
-    violates = ("COM-03",)
+    violates = ("COM-03", "COM-01")
     listens_to = None
 
     def accepts(self, frame: Frame) -> bool:
@@ -171,7 +171,7 @@ class AnswersSdoWhileWaiting(Commissioning, Fault):
 class ErasesWhileWaiting(Commissioning, Fault):
     """The stored parameters are erased when the wait begins."""
 
-    violates = ("COM-29",)
+    violates = ("COM-29", "COM-26")
 
     def __init__(self, store: RecordStore, now: int) -> None:
         super().__init__(store, now)

@@ -14,30 +14,30 @@ from node_model.node import MS
 
 
 class DebounceTooShort(Operation, Fault):
-    """The debounce time is 15 ms too short."""
+    """The debounce time is 11 ms too short."""
 
     violates = ("KEY-05", "KEY-04", "COM-10")
 
     def debounce_ns(self) -> int:
         """Just past the scan of 10 ms."""
-        return max(super().debounce_ns() - 15 * MS, 0)
+        return max(super().debounce_ns() - 11 * MS, 0)
 
 
 class DebounceTooLong(Operation, Fault):
-    """The debounce time is 35 ms too long."""
+    """The debounce time is 31 ms too long."""
 
     violates = ("KEY-05", "COM-10", "COM-23")
 
     def debounce_ns(self) -> int:
         """Just past the scan of 10 ms and the 20 ms for the frame."""
-        return super().debounce_ns() + 35 * MS
+        return super().debounce_ns() + 31 * MS
 
 
 class KeyFrameLate(Delay, Fault):
-    """Key frames are sent 35 ms after the change was taken."""
+    """Key frames are sent 31 ms after the change was taken."""
 
     violates = ("KEY-05", "KEY-07")
-    span_ns = 35 * MS
+    span_ns = 31 * MS
 
     def picks(self, frame: Frame) -> bool:
         """Key frames only."""
@@ -96,7 +96,7 @@ class _FirstEdge(Debouncer):
 class ShortPulseCounts(Operation, Fault):
     """A press or release counts after the debounce time, however short it was."""
 
-    violates = ("KEY-04", "KEY-05", "KEY-06")
+    violates = ("KEY-04", "KEY-05", "KEY-06", "KEY-20")
     debouncer_type = _FirstEdge
 
 
@@ -135,7 +135,7 @@ class _OneTimer(Debouncer):
 class KeysDebouncedTogether(Operation, Fault):
     """Any edge restarts the debounce time of every pending key."""
 
-    violates = ("KEY-06", "KEY-05", "KEY-02")
+    violates = ("KEY-06", "KEY-05", "KEY-02", "KEY-20")
     debouncer_type = _OneTimer
 
 

@@ -11,14 +11,14 @@ from node_model.keypad.operation import Operation
 from node_model.nmt import NmtCommand, NmtState
 from node_model.node import MS, NOTHING, Frames
 
-_JUST_OUTSIDE_PERCENT = 6
-_JUST_OUTSIDE_NS = 6 * MS
-"""The limit of an interval is 5 % or 5 ms, whichever is more."""
+_LIMIT_PERCENT = 5
+_LIMIT_NS = 5 * MS
+"""The limit of an interval is 5 % or 5 ms, whichever is more (profile)."""
 
 
 def just_outside(period_ns: int) -> int:
     """By how much an interval must be off to be judged wrong."""
-    return max(period_ns * _JUST_OUTSIDE_PERCENT // 100, _JUST_OUTSIDE_NS)
+    return max(period_ns * _LIMIT_PERCENT // 100, _LIMIT_NS) + 1 * MS
 
 
 def is_beat(frame: Frame) -> bool:
@@ -27,9 +27,9 @@ def is_beat(frame: Frame) -> bool:
 
 
 class HeartbeatTooSlow(Operation, Fault):
-    """The heartbeat period is 6 % (at least 6 ms) too long."""
+    """The heartbeat period is 1 ms longer than the limit of an interval allows."""
 
-    violates = ("HB-01",)
+    violates = ("HB-01", "HB-06", "HB-04")
 
     def heartbeat_ns(self) -> int:
         """Just past the limit of an interval."""
@@ -38,9 +38,9 @@ class HeartbeatTooSlow(Operation, Fault):
 
 
 class HeartbeatTooFast(Operation, Fault):
-    """The heartbeat period is 6 % (at least 6 ms) too short."""
+    """The heartbeat period is 1 ms shorter than the limit of an interval allows."""
 
-    violates = ("HB-01",)
+    violates = ("HB-01", "HB-04")
 
     def heartbeat_ns(self) -> int:
         """Just past the limit of an interval; periods of a few ms are halved."""
@@ -49,23 +49,23 @@ class HeartbeatTooFast(Operation, Fault):
 
 
 class HeartbeatMeanTooSlow(Operation, Fault):
-    """Each interval is within its limit, but the mean period is 2.5 % too long."""
+    """Each interval is within its limit, but the mean period is 2.1 % too long."""
 
     violates = ("HB-01", "HB-04")
 
     def heartbeat_ns(self) -> int:
         """Just past the limit of the mean."""
-        return super().heartbeat_ns() * 1025 // 1000
+        return super().heartbeat_ns() * 1021 // 1000
 
 
 class HeartbeatMeanTooFast(Operation, Fault):
-    """Each interval is within its limit, but the mean period is 2.5 % too short."""
+    """Each interval is within its limit, but the mean period is 2.1 % too short."""
 
     violates = ("HB-01", "HB-04")
 
     def heartbeat_ns(self) -> int:
         """Just past the limit of the mean."""
-        return super().heartbeat_ns() * 975 // 1000
+        return super().heartbeat_ns() * 979 // 1000
 
 
 class _Uneven(HeartbeatProducer):
@@ -86,9 +86,9 @@ class _Uneven(HeartbeatProducer):
 
 
 class HeartbeatUneven(Operation, Fault):
-    """Every seventh heartbeat is 6 % (at least 6 ms) late; the mean is right."""
+    """Every seventh heartbeat is 1 ms later than its limit allows; the mean is right."""
 
-    violates = ("HB-01",)
+    violates = ("HB-01", "HB-04")
     heartbeat_type = _Uneven
 
 
@@ -112,7 +112,7 @@ class HeartbeatDrifts(Operation, Fault):
 class HeartbeatLostEverySeventh(Drop, Fault):
     """Every seventh heartbeat is missing."""
 
-    violates = ("HB-01", "HB-04")
+    violates = ("HB-01", "HB-04", "HB-06")
 
     def picks(self, frame: Frame) -> bool:
         """Heartbeats only."""
@@ -132,7 +132,7 @@ class HeartbeatDoubled(Duplicate, Fault):
 class HeartbeatNoFasterThanFiftyMs(Operation, Fault):
     """Periods below 50 ms are taken as 50 ms."""
 
-    violates = ("HB-01",)
+    violates = ("HB-01", "COM-09", "HB-06")
 
     def heartbeat_ns(self) -> int:
         """Zero still means none."""
@@ -153,14 +153,14 @@ class _Mute(Operation):
 class HeartbeatStopsWhenStopped(_Mute, Fault):
     """There is no heartbeat in stopped."""
 
-    violates = ("HB-01", "HB-02", "NMT-07")
+    violates = ("HB-01", "HB-02", "NMT-07", "HB-06")
     mute_in = NmtState.STOPPED
 
 
 class HeartbeatStopsWhenOperational(_Mute, Fault):
     """There is no heartbeat in operational."""
 
-    violates = ("HB-01", "HB-02", "NMT-07")
+    violates = ("HB-01", "HB-02", "NMT-07", "HB-06")
     mute_in = NmtState.OPERATIONAL
 
 
@@ -225,7 +225,7 @@ class OperationalShownAsPreOperational(_ShowsInstead, Fault):
 class PreOperationalShownAsZero(_ShowsInstead, Fault):
     """The heartbeat shows 00h in pre-operational, as if it booted for ever."""
 
-    violates = ("HB-02", "NMT-01", "NMT-02", "NMT-07")
+    violates = ("HB-02", "NMT-01", "NMT-02", "NMT-07", "HB-01", "HB-06", "NMT-06")
     wrong_in = NmtState.PRE_OPERATIONAL
     shows = 0
 
@@ -257,7 +257,7 @@ class HeartbeatRestartedByCommand(Operation, Fault):
 class HeartbeatRestartedByKeyFrame(Operation, Fault):
     """Every key frame restarts the heartbeat timer."""
 
-    violates = ("HB-04", "HB-01")
+    violates = ("HB-04", "HB-01", "HB-06")
 
     def settle(self, now: int) -> Frames:
         """A key frame starts the period anew."""
@@ -281,7 +281,7 @@ class HeartbeatDoubledByKeyFrame(Operation, Fault):
 class HeartbeatSkippedByKeyFrame(Operation, Fault):
     """The heartbeat that follows a key frame is left out."""
 
-    violates = ("HB-04", "HB-01")
+    violates = ("HB-04", "HB-01", "HB-06")
 
     def settle(self, now: int) -> Frames:
         """A key frame counts as a sign of life."""
@@ -294,7 +294,7 @@ class HeartbeatSkippedByKeyFrame(Operation, Fault):
 class HeartbeatRestartedByLedFrame(Operation, Fault):
     """Every LED frame restarts the heartbeat timer."""
 
-    violates = ("HB-04", "HB-01")
+    violates = ("HB-04", "HB-01", "HB-06")
 
     def receive(self, frame: Frame, now: int) -> Frames:
         """An LED frame starts the period anew."""
@@ -335,7 +335,7 @@ class _StartsLate(HeartbeatProducer):
 
 
 class FirstHeartbeatLate(Operation, Fault):
-    """The first heartbeat comes 6 % (at least 6 ms) more than a period after boot-up."""
+    """The first heartbeat comes 1 ms later after boot-up than a period and its limit allow."""
 
     violates = ("HB-06",)
     heartbeat_type = _StartsLate

@@ -14,10 +14,10 @@ from node_model.node import MS, NOTHING, Frames
 
 
 class LedsLate(Slow, Fault):
-    """LED frames take effect after 60 ms."""
+    """LED frames take effect after 51 ms."""
 
     violates = ("LED-01", "LED-02")
-    span_ns = 60 * MS
+    span_ns = 51 * MS
 
     def picks(self, frame: Frame) -> bool:
         """LED frames only."""

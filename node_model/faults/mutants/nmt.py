@@ -12,7 +12,7 @@ from node_model.nmt import ALL_NODES, NmtCommand, NmtState, command_for
 from node_model.node import MS, NOTHING, Frames
 
 
-class _Deaf(Operation):
+class Deaf(Operation):
     """Does not obey one command, in one state or in all."""
 
     ignores: NmtCommand
@@ -25,51 +25,51 @@ class _Deaf(Operation):
         return None if found is self.ignores and here else found
 
 
-class IgnoresStart(_Deaf, Fault):
+class IgnoresStart(Deaf, Fault):
     """Start (01h) is ignored."""
 
-    violates = ("NMT-04", "NMT-07", "NMT-03", "KEY-01")
+    violates = ("NMT-04", "NMT-07", "NMT-03", "KEY-01", "HB-03")
     ignores = NmtCommand.START
 
 
-class IgnoresStartWhenStopped(_Deaf, Fault):
+class IgnoresStartWhenStopped(Deaf, Fault):
     """Start (01h) is ignored in stopped."""
 
-    violates = ("NMT-04", "NMT-07")
+    violates = ("NMT-04", "NMT-07", "HB-03")
     ignores = NmtCommand.START
     only_in = NmtState.STOPPED
 
 
-class IgnoresStop(_Deaf, Fault):
+class IgnoresStop(Deaf, Fault):
     """Stop (02h) is ignored."""
 
-    violates = ("NMT-04", "NMT-07")
+    violates = ("NMT-04", "NMT-07", "HB-03", "KEY-07")
     ignores = NmtCommand.STOP
 
 
-class IgnoresStopWhenPreOperational(_Deaf, Fault):
+class IgnoresStopWhenPreOperational(Deaf, Fault):
     """Stop (02h) is ignored in pre-operational."""
 
-    violates = ("NMT-04", "NMT-07")
+    violates = ("NMT-04", "NMT-07", "HB-03")
     ignores = NmtCommand.STOP
     only_in = NmtState.PRE_OPERATIONAL
 
 
-class IgnoresPreOperational(_Deaf, Fault):
+class IgnoresPreOperational(Deaf, Fault):
     """Enter pre-operational (80h) is ignored."""
 
     violates = ("NMT-04", "NMT-07")
     ignores = NmtCommand.PRE_OPERATIONAL
 
 
-class IgnoresResetNode(_Deaf, Fault):
+class IgnoresResetNode(Deaf, Fault):
     """Reset node (81h) is ignored."""
 
-    violates = ("NMT-04", "NMT-06", "NMT-07")
+    violates = ("NMT-04", "NMT-06", "NMT-07", "HB-05")
     ignores = NmtCommand.RESET_NODE
 
 
-class IgnoresResetNodeWhenStopped(_Deaf, Fault):
+class IgnoresResetNodeWhenStopped(Deaf, Fault):
     """Reset node (81h) is ignored in stopped."""
 
     violates = ("NMT-04", "NMT-06", "NMT-07")
@@ -77,10 +77,10 @@ class IgnoresResetNodeWhenStopped(_Deaf, Fault):
     only_in = NmtState.STOPPED
 
 
-class IgnoresResetCommunication(_Deaf, Fault):
+class IgnoresResetCommunication(Deaf, Fault):
     """Reset communication (82h) is ignored."""
 
-    violates = ("NMT-04", "NMT-06", "NMT-07")
+    violates = ("NMT-04", "NMT-06", "NMT-07", "HB-05")
     ignores = NmtCommand.RESET_COMMUNICATION
 
 
@@ -98,7 +98,7 @@ class _Misled(Operation):
 class StopLeadsToPreOperational(_Misled, Fault):
     """Stop (02h) leads to pre-operational."""
 
-    violates = ("NMT-04", "NMT-07")
+    violates = ("NMT-04", "NMT-07", "HB-03")
     mistakes = NmtCommand.STOP
     leads_to = NmtState.PRE_OPERATIONAL
 
@@ -114,7 +114,7 @@ class PreOperationalLeadsToStopped(_Misled, Fault):
 class ResetNodeWithoutBootUp(_Misled, Fault):
     """Reset node (81h) only leads to pre-operational."""
 
-    violates = ("NMT-06", "NMT-02", "NMT-04", "LED-21")
+    violates = ("NMT-06", "NMT-02", "NMT-04", "LED-21", "HB-05", "NMT-07")
     mistakes = NmtCommand.RESET_NODE
     leads_to = NmtState.PRE_OPERATIONAL
 
@@ -122,7 +122,7 @@ class ResetNodeWithoutBootUp(_Misled, Fault):
 class ResetCommunicationWithoutBootUp(_Misled, Fault):
     """Reset communication (82h) only leads to pre-operational."""
 
-    violates = ("NMT-06", "NMT-04", "LED-21")
+    violates = ("NMT-06", "NMT-04", "LED-21", "HB-05", "NMT-07")
     mistakes = NmtCommand.RESET_COMMUNICATION
     leads_to = NmtState.PRE_OPERATIONAL
 
@@ -130,7 +130,7 @@ class ResetCommunicationWithoutBootUp(_Misled, Fault):
 class ResetLosesParameters(Operation, Fault):
     """After an NMT reset the node works with the factory's times and bit rate."""
 
-    violates = ("NMT-06", "HB-01")
+    violates = ("NMT-06", "HB-01", "HB-05", "HB-06")
 
     def reset(self, command: NmtCommand, now: int) -> Frames:
         """Initialise with what the factory set."""
@@ -154,7 +154,7 @@ class _Addressed(Operation):
 class IgnoresBroadcast(Operation, Fault):
     """NMT commands to all nodes (id 0) are ignored."""
 
-    violates = ("NMT-04", "NMT-07")
+    violates = ("NMT-04", "NMT-07", "NMT-06")
 
     def command(self, frame: Frame) -> NmtCommand | None:
         """Only what names it."""
@@ -165,7 +165,7 @@ class IgnoresBroadcast(Operation, Fault):
 class ObeysOnlyBroadcast(_Addressed, Fault):
     """NMT commands to the node's own id are ignored."""
 
-    violates = ("NMT-04", "NMT-07")
+    violates = ("NMT-04", "NMT-07", "HB-03", "NMT-06", "HB-05")
 
     def address(self, frame: Frame) -> int:  # noqa: ARG002  the seam's arguments
         """Nobody but all."""
@@ -175,7 +175,7 @@ class ObeysOnlyBroadcast(_Addressed, Fault):
 class ObeysEveryNodeId(_Addressed, Fault):
     """NMT commands are obeyed whatever node they address."""
 
-    violates = ("NMT-05", "NMT-07")
+    violates = ("NMT-05", "NMT-07", "KEY-07", "NMT-02", "NMT-03")
 
     def address(self, frame: Frame) -> int:
         """Every id is its own."""
@@ -185,7 +185,7 @@ class ObeysEveryNodeId(_Addressed, Fault):
 class ObeysItsNeighbour(_Addressed, Fault):
     """NMT commands to the next higher node id are obeyed too."""
 
-    violates = ("NMT-05", "NMT-07")
+    violates = ("NMT-05", "NMT-07", "KEY-07", "NMT-02", "NMT-03")
 
     def address(self, frame: Frame) -> int:
         """One more than its own counts as its own."""
@@ -196,7 +196,7 @@ class ObeysItsNeighbour(_Addressed, Fault):
 class ComparesFourBitsOfNodeId(_Addressed, Fault):
     """Of the node id in an NMT command only the lowest four bits are compared."""
 
-    violates = ("NMT-05",)
+    violates = ("NMT-05", "NMT-07", "KEY-07", "NMT-02")
 
     def address(self, frame: Frame) -> int:
         """Its own with any upper half."""
@@ -207,7 +207,7 @@ class ComparesFourBitsOfNodeId(_Addressed, Fault):
 class ObeysUnknownCommands(Operation, Fault):
     """Of an NMT command only bits 7, 1 and 0 are decoded: 05h starts the node too."""
 
-    violates = ("NMT-05",)
+    violates = ("NMT-05", "KEY-07", "NMT-02", "NMT-07")
 
     def command(self, frame: Frame) -> NmtCommand | None:
         """The command with the other bits cleared."""
@@ -220,7 +220,7 @@ class ObeysUnknownCommands(Operation, Fault):
 class ObeysRemoteFrames(Operation, Fault):
     """A remote frame with identifier 0 and length 2 starts the node."""
 
-    violates = ("NMT-05", "NMT-03")
+    violates = ("NMT-05", "NMT-03", "KEY-07", "NMT-07")
 
     def command(self, frame: Frame) -> NmtCommand | None:
         """Its buffer holds the last start command."""
@@ -232,7 +232,7 @@ class ObeysRemoteFrames(Operation, Fault):
 class ObeysExtendedFrames(Operation, Fault):
     """NMT commands are obeyed in frames with a 29-bit identifier 0 too."""
 
-    violates = ("NMT-05",)
+    violates = ("NMT-05", "KEY-07", "NMT-07", "NMT-02", "NMT-03")
 
     def acceptance(self) -> frozenset[int] | None:
         """Everything: the filter does not look at the format."""
@@ -248,7 +248,7 @@ class ObeysExtendedFrames(Operation, Fault):
 class ObeysOneByte(Operation, Fault):
     """An NMT frame of one byte is taken as a command to all nodes."""
 
-    violates = ("NMT-05",)
+    violates = ("NMT-05", "KEY-07", "NMT-07", "NMT-02", "NMT-03")
 
     def command(self, frame: Frame) -> NmtCommand | None:
         """What is missing counts as zero."""
@@ -258,10 +258,10 @@ class ObeysOneByte(Operation, Fault):
 
 
 class CommandsTakeEffectLate(Slow, Fault):
-    """NMT commands take effect after 60 ms."""
+    """NMT commands take effect after 51 ms."""
 
-    violates = ("KEY-01", "HB-03")
-    span_ns = 60 * MS
+    violates = ("KEY-01", "HB-03", "NMT-07", "KEY-07", "NMT-06")
+    span_ns = 51 * MS
 
     def picks(self, frame: Frame) -> bool:
         """NMT only."""
@@ -271,7 +271,7 @@ class CommandsTakeEffectLate(Slow, Fault):
 class StopsObeyingAfterStop(Operation, Fault):
     """Once stopped the node obeys nothing but a power cycle."""
 
-    violates = ("NMT-04", "NMT-07", "NMT-06")
+    violates = ("NMT-04", "NMT-07", "NMT-06", "HB-03")
 
     def obey(self, command: NmtCommand, now: int) -> Frames:
         """Stopped for good."""

@@ -50,7 +50,7 @@ class _Open(Operation):
 class ExtendedFrameRestarts(_Open, Fault):
     """Any frame with a 29-bit identifier restarts the node."""
 
-    violates = ("ROB-01", "NMT-05")
+    violates = ("ROB-01", "NMT-05", "NMT-02")
 
     def upset_by(self, frame: Frame) -> bool:
         """29 bits do not fit."""
@@ -60,7 +60,7 @@ class ExtendedFrameRestarts(_Open, Fault):
 class RemoteFrameRestarts(_Open, Fault):
     """Any remote frame restarts the node."""
 
-    violates = ("ROB-01", "NMT-05")
+    violates = ("ROB-01", "NMT-05", "NMT-02", "HB-04", "ROB-02")
 
     def upset_by(self, frame: Frame) -> bool:
         """Without data it trips."""
@@ -70,7 +70,7 @@ class RemoteFrameRestarts(_Open, Fault):
 class LongDlcRestarts(_Open, Fault):
     """A frame with a DLC above 8 restarts the node."""
 
-    violates = ("ROB-01",)
+    violates = ("ROB-01", "NMT-02")
 
     def upset_by(self, frame: Frame) -> bool:
         """More bytes than the buffer has."""
@@ -80,7 +80,7 @@ class LongDlcRestarts(_Open, Fault):
 class EmptyFrameRestarts(_Open, Fault):
     """A data frame without data restarts the node, unless it is SYNC."""
 
-    violates = ("ROB-01", "LED-06")
+    violates = ("ROB-01", "LED-06", "NMT-02", "NMT-05")
 
     def upset_by(self, frame: Frame) -> bool:
         """Its first byte is missed."""
@@ -90,7 +90,7 @@ class EmptyFrameRestarts(_Open, Fault):
 class SdoRestarts(_Open, Fault):
     """An SDO request to the node restarts it."""
 
-    violates = ("ROB-01",)
+    violates = ("ROB-01", "NMT-02")
 
     def upset_by(self, frame: Frame) -> bool:
         """A service that was never written."""
@@ -101,7 +101,7 @@ class SdoRestarts(_Open, Fault):
 class FloodRestarts(_Open, Fault):
     """Every two-hundredth foreign frame restarts the node."""
 
-    violates = ("ROB-01", "ROB-03")
+    violates = ("ROB-01", "ROB-03", "NMT-02", "HB-04")
     heard = 0
 
     def upset_by(self, frame: Frame) -> bool:
@@ -113,7 +113,7 @@ class FloodRestarts(_Open, Fault):
 class TrafficDelaysHeartbeat(_Open, Fault):
     """Each foreign frame delays the next heartbeat by 1 ms."""
 
-    violates = ("ROB-01", "HB-04", "HB-01", "ROB-03")
+    violates = ("ROB-01", "HB-04", "HB-01", "ROB-03", "HB-06")
 
     def upset_by(self, frame: Frame) -> bool:
         """Whatever it need not care for."""
@@ -129,7 +129,7 @@ class TrafficDelaysHeartbeat(_Open, Fault):
 class TrafficStopsNmt(_Open, Fault):
     """After a thousand foreign frames the node obeys NMT no more."""
 
-    violates = ("ROB-01", "NMT-04")
+    violates = ("ROB-01", "NMT-04", "NMT-07")
     heard = 0
 
     def upset_by(self, frame: Frame) -> bool:
@@ -159,7 +159,7 @@ class ForeignBootUpEndsOperational(_Open, Fault):
 class SyncStarts(_Open, Fault):
     """SYNC makes the node operational."""
 
-    violates = ("NMT-03", "ROB-01")
+    violates = ("NMT-03", "ROB-01", "KEY-07", "NMT-07")
 
     def upset_by(self, frame: Frame) -> bool:
         """SYNC."""
@@ -173,7 +173,7 @@ class SyncStarts(_Open, Fault):
 class TakesParametersInOperation(Keypad, Fault):
     """A 4F8h is stored in regular operation too."""
 
-    violates = ("ROB-01",)
+    violates = ("ROB-01", "NMT-02")
 
     def advance(self, now: int) -> Frames:
         """Storing takes its time; every frame is looked at."""
@@ -315,7 +315,7 @@ class LosesKeysUnderLoad(_Open, Fault):
 class LosesHeartbeatsUnderLoad(_Open, Fault):
     """A heartbeat that is due within 1 ms of a foreign frame is left out."""
 
-    violates = ("ROB-03", "ROB-01", "HB-01", "HB-04")
+    violates = ("ROB-03", "ROB-01", "HB-01", "HB-04", "HB-06")
     busy_until = 0
 
     def upset_by(self, frame: Frame) -> bool:
@@ -340,7 +340,7 @@ class LosesHeartbeatsUnderLoad(_Open, Fault):
 class HeartbeatsAreRemote(AsRemote, Fault):
     """Heartbeats are sent as remote frames."""
 
-    violates = ("HB-01", "HB-02", "ROB-02")
+    violates = ("HB-01", "HB-02", "ROB-02", "HB-06")
 
     def picks(self, frame: Frame) -> bool:
         """Heartbeats, not boot-up."""
@@ -350,19 +350,19 @@ class HeartbeatsAreRemote(AsRemote, Fault):
 class EverythingExtended(AsExtended, Fault):
     """All frames are sent with 29-bit identifiers."""
 
-    violates = ("NMT-02", "HB-01", "KEY-01", "ROB-02", "COM-05")
+    violates = ("NMT-02", "HB-01", "KEY-01", "ROB-02", "COM-05", "HB-05")
 
 
 class EverythingTooLong(WrongLength, Fault):
     """All frames have a byte too many, those of eight bytes one too few."""
 
-    violates = ("ROB-02", "NMT-02", "HB-02", "KEY-03")
+    violates = ("ROB-02", "NMT-02", "HB-02", "KEY-03", "HB-05")
 
 
 class StuckDataBit(Corrupt, Fault):
     """Bit 4 of the first byte is inverted in every frame but EMCY."""
 
-    violates = ("HB-02", "KEY-03", "COM-05", "NMT-02")
+    violates = ("HB-02", "KEY-03", "COM-05", "NMT-02", "HB-05")
 
     def picks(self, frame: Frame) -> bool:
         """All but EMCY."""

@@ -10,17 +10,17 @@ from node_model.heartbeat import HEARTBEAT_BASE, heartbeat_frame
 from node_model.keypad import Keypad
 from node_model.keypad.operation import Operation
 from node_model.nmt import NmtCommand, NmtState
-from node_model.node import MS, Frames
+from node_model.node import MS, NOTHING, Frames
 
 
 class BootUpLate(Keypad, Fault):
-    """Boot-up comes 1020 ms after power-on."""
+    """Boot-up comes 1001 ms after power-on."""
 
     violates = ("NMT-02",)
 
     def start_ns(self) -> int:
         """Just past the profile's 1 s."""
-        return 1020 * MS
+        return 1001 * MS
 
 
 class BootUpTwice(Operation, Fault):
@@ -37,7 +37,7 @@ class BootUpTwice(Operation, Fault):
 class BootUpMissing(Operation, Fault):
     """There is no boot-up."""
 
-    violates = ("NMT-02", "NMT-06")
+    violates = ("NMT-02", "NMT-06", "HB-05")
 
     def boot_frames(self, cause: NmtCommand) -> Frames:
         """All but the first."""
@@ -47,7 +47,7 @@ class BootUpMissing(Operation, Fault):
 class BootUpOfWrongByte(Operation, Fault):
     """Boot-up shows 7Fh like a heartbeat."""
 
-    violates = ("NMT-02", "NMT-06")
+    violates = ("NMT-02", "NMT-06", "HB-05")
 
     def boot_frames(self, cause: NmtCommand) -> Frames:
         """A heartbeat in front."""
@@ -58,7 +58,7 @@ class BootUpOfWrongByte(Operation, Fault):
 class BootUpWithoutData(Operation, Fault):
     """Boot-up has no data byte."""
 
-    violates = ("NMT-02", "ROB-02")
+    violates = ("NMT-02", "ROB-02", "HB-05")
 
     def boot_frames(self, cause: NmtCommand) -> Frames:
         """An empty frame in front."""
@@ -88,7 +88,7 @@ class EmcyMissing(Operation, Fault):
 class EmcyLate(Delay, Fault):
     """The EMCY comes 110 ms after boot-up."""
 
-    violates = ("NMT-02",)
+    violates = ("NMT-02", "ROB-02")
     span_ns = 110 * MS
 
     def picks(self, frame: Frame) -> bool:
@@ -96,7 +96,7 @@ class EmcyLate(Delay, Fault):
         return base_of(frame) == EMCY_BASE
 
 
-class _OtherEmcy(Operation):
+class OtherEmcy(Operation):
     """Another EMCY after boot-up."""
 
     code = HARDWARE_ERROR
@@ -107,28 +107,28 @@ class _OtherEmcy(Operation):
         return emcy_frame(self.node_id, self.code, self.register)
 
 
-class EmcyOfCommunication(_OtherEmcy, Fault):
+class EmcyOfCommunication(OtherEmcy, Fault):
     """The EMCY has code 8100h (communication) instead of 50xxh."""
 
-    violates = ("NMT-02",)
+    violates = ("NMT-02", "NMT-20")
     code = 0x8100
 
 
-class EmcyOfNoError(_OtherEmcy, Fault):
+class EmcyOfNoError(OtherEmcy, Fault):
     """The EMCY has code 0000h (no error)."""
 
-    violates = ("NMT-02",)
+    violates = ("NMT-02", "NMT-20")
     code = 0
 
 
-class EmcyBigEndian(_OtherEmcy, Fault):
+class EmcyBigEndian(OtherEmcy, Fault):
     """The error code of the EMCY is big-endian."""
 
-    violates = ("NMT-02",)
+    violates = ("NMT-02", "NMT-20")
     code = 0x0050
 
 
-class EmcyWithoutRegister(_OtherEmcy, Fault):
+class EmcyWithoutRegister(OtherEmcy, Fault):
     """The error register in the EMCY is 0."""
 
     violates = ("NMT-20",)
@@ -149,7 +149,17 @@ class EmcyTooShort(Operation, Fault):
 class StartsOperational(Operation, Fault):
     """The node becomes operational by itself after boot-up."""
 
-    violates = ("NMT-01", "NMT-03", "NMT-07")
+    violates = (
+        "NMT-01",
+        "NMT-03",
+        "NMT-07",
+        "KEY-01",
+        "KEY-07",
+        "KEY-22",
+        "LED-04",
+        "NMT-06",
+        "NMT-04",
+    )
 
     def state_after_boot(self) -> NmtState:
         """Without being asked."""
@@ -159,7 +169,7 @@ class StartsOperational(Operation, Fault):
 class StartsStopped(Operation, Fault):
     """The node is stopped after boot-up."""
 
-    violates = ("NMT-01", "NMT-06", "NMT-07")
+    violates = ("NMT-01", "NMT-06", "NMT-07", "NMT-04")
 
     def state_after_boot(self) -> NmtState:
         """Not pre-operational."""
@@ -169,14 +179,13 @@ class StartsStopped(Operation, Fault):
 class OperationalByKeyPress(Operation, Fault):
     """A key press in pre-operational starts the node."""
 
-    violates = ("NMT-03", "KEY-07")
+    violates = ("NMT-03", "KEY-07", "NMT-07", "KEY-01")
 
     def settle(self, now: int) -> Frames:
         """A debounced change is taken for a start command."""
-        pre = self.state is NmtState.PRE_OPERATIONAL
-        if self.keys.advance(now) and pre:
-            return self.obey(NmtCommand.START, now)
-        return super().settle(now)
+        if self.state is not NmtState.PRE_OPERATIONAL:
+            return super().settle(now)
+        return self.obey(NmtCommand.START, now) if self.keys.advance(now) else NOTHING
 
 
 FAULTS: tuple[type[Fault], ...] = (
