@@ -185,6 +185,10 @@ class Trace:
         for index in range(*slice(start, stop).indices(len(self))):
             yield self.frame(index)
 
+    def hears_others(self) -> bool:
+        """Whether it holds a frame of another station than the tester."""
+        return any(head < _OWN for head in self._head)
+
     def moments(self) -> Iterator[Moment]:
         """The stimuli, in order."""
         return (entry for entry in self._others if isinstance(entry, Moment))

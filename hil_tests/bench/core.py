@@ -152,6 +152,7 @@ class BenchCore:
 
     def _count(self) -> None:
         """Frames and bus time of what has ended go to the totals of the run."""
+        self.heard_at_all = self.heard_at_all or self.trace.hears_others()
         self.frames += len(self.trace)
         self.bus_ns += max(self.now() - self._began_at, 0)
 

@@ -298,7 +298,7 @@ class JudgingBench(BenchCore):
 
     def was_heard(self) -> bool:
         """Whether any frame of another station was seen in this test."""
-        return any(not sighting.own for sighting in self.trace.frames())
+        return self.trace.hears_others()
 
     # Network management.
 

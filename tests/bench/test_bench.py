@@ -17,6 +17,7 @@ from hil_tests.config import Parameters
 from hil_tests.errors import BenchError
 from hil_tests.judge.cobs import Nmt, State
 from hil_tests.judge.verdict import DeviceFailure, NotRun
+from hil_tests.trace import Sighting
 from node_model import faults, keypad
 from node_model.frame import Frame
 from tests.bench.fakes import HOME, PROFILE, FakePort, FakeStage, bench_of
@@ -367,3 +368,16 @@ def test_a_device_is_judged_since_it_was_switched_on_once_it_is_recognised() -> 
     bench.wait(500 * MS)
     bench.recognised(on, HOME)
     assert [verdict.requirement for verdict in bench.end()] == ["NMT-02"]
+
+
+def test_a_device_that_was_heard_before_is_proven_for_the_whole_run() -> None:
+    """Its cable and supply are right: in a later test, silence is the device's."""
+    bench, stage = bench_of()
+    stage.port.coming.append(Sighting(Frame(0x701, b"\x7f"), 1 * MS))
+    assert not bench.device_proven
+    bench.begin()
+    bench.wait(2 * MS)
+    bench.end()
+    bench.begin()
+    assert not bench.was_heard()
+    assert bench.device_proven
