@@ -6,8 +6,9 @@ it, made small. What shows nothing that others do not show goes again.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain, count
 
 from hil_tests.explore.lab import Lab
 from hil_tests.explore.shrink import shrink
@@ -47,7 +48,7 @@ class Distiller:
         self._patience_s = patience_s
         self._clock = clock
 
-    def show(self, target: Target, known: Iterable[Stored]) -> Stored | None:
+    def show(self, target: Target, known: Sequence[Stored]) -> Stored | None:
         """A scenario that shows a fault: a known one, or a new one; None = none was found."""
         lab = Lab(self._profile, target.name)
         for each in known:
@@ -59,9 +60,8 @@ class Distiller:
         small = shrink(found, lambda story: self._shows(lab, target, story))
         finding = lab.play(small)
         broken = finding.requirements & target.violates if finding else frozenset()
-        return Stored(
-            target.name, small, tuple(sorted(broken)) or claims_of(small), (target.name,)
-        )
+        claims = tuple(sorted(broken)) or claims_of(small)
+        return Stored(_free_name(target.name, known), small, claims, (target.name,))
 
     def _shows(self, lab: Lab, target: Target, story: Scenario) -> bool:
         """Whether the fault is blamed on a requirement that it violates."""
@@ -76,6 +76,13 @@ class Distiller:
             if self._clock() > ends_at:
                 return None
         return None  # pragma: no cover - walks never end
+
+
+def _free_name(name: str, known: Sequence[Stored]) -> str:
+    """The name, or with a number where an older scenario bears it."""
+    taken = {each.name for each in known}
+    numbered = (f"{name}-{number}" for number in count(2))
+    return next(each for each in chain((name,), numbered) if each not in taken)
 
 
 def finds(profile: str, stories: Sequence[Stored], target: Target) -> Iterator[str]:

@@ -55,6 +55,14 @@ def test_a_known_scenario_is_as_good() -> None:
     assert found is shows
 
 
+def test_a_scenario_that_shows_its_fault_no_longer_keeps_its_name() -> None:
+    """The new one gets a number: names are unique in a file."""
+    stale = [kept("entry-frame-missing", "off: 0ms wait"), kept("entry-frame-missing-2", "off:")]
+    found = distiller().show(target("entry-frame-missing"), stale)
+    assert found is not None
+    assert found.name == "entry-frame-missing-3"
+
+
 def test_patience_has_an_end() -> None:
     """A fault that is not shown in time is missed: nothing is made up."""
     unseen = Target("entry-frame-missing", frozenset(("COM-26",)))

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from hil_tests.clock import S
 from hil_tests.errors import ConfigError
+from hil_tests.explore.distil import Target, finds
 from hil_tests.requirements import load
 from hil_tests.scenarios.corpus import (
     Stored,
@@ -38,12 +39,12 @@ names = st.text("abcdefghijklmnopqrstuvwxyz-0123456789", min_size=1, max_size=12
 @settings(max_examples=15, deadline=None)
 @given(
     stories=st.lists(st.sampled_from(sorted(FAMILIES)).flatmap(scenarios), max_size=3),
-    finds=st.lists(names, max_size=2),
+    shows=st.lists(names, max_size=2),
 )
-def test_what_is_written_is_what_is_read(stories: list[object], finds: list[str]) -> None:
+def test_what_is_written_is_what_is_read(stories: list[object], shows: list[str]) -> None:
     """Every scenario of every family, with its claims and finds."""
     entries = tuple(
-        Stored(f"n{index}", scenario(str(story)), ("HB-01", "KEY-06"), tuple(finds))
+        Stored(f"n{index}", scenario(str(story)), ("HB-01", "KEY-06"), tuple(shows))
         for index, story in enumerate(stories)
     )
     assert parsed(written(entries), "file") == entries
@@ -205,3 +206,15 @@ def test_the_shipped_file_is_in_order() -> None:
         assert each.claims, each.name
         assert set(each.claims) <= set(load()), each.name
         assert each.scenario == scenario(str(each.scenario))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", sorted({name for each in stored("keypad") for name in each.finds})
+)
+def test_the_shipped_file_finds_what_it_says(name: str) -> None:
+    """At least one of the scenarios that name a fault blames it on what it violates."""
+    said = [each for each in stored("keypad") if name in each.finds]
+    said.sort(key=lambda each: (each.name != name, each.cost_ns))
+    target = Target(name, frozenset(MUTANTS[name].violates))
+    assert next(finds("keypad", said, target), "")
