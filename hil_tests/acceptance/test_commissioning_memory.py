@@ -139,6 +139,9 @@ FIRST = Parameters(3, 3, 100, 1, 1)
 SECOND = Parameters(12, 3, 200, 2, 2)
 """Two sets that share the bit rate, so that either is heard, and nothing else."""
 
+CUT_IN_THE_MIDST_NS = 20 * MS
+"""After 4F8h; sooner than most memories hold six bytes."""
+
 CUTS_REAL = (0, 5, 20, 60, 150, 500)
 CUTS_VIRTUAL = range(0, 200, 1)
 
@@ -160,18 +163,22 @@ def test_power_cut_while_storing(bench: Bench, power: Power, keys: Keys, bitrate
         request = bench.request(SECOND)
         bench.wait_until(request.at + cut_ms * MS)
         bench.leave_unknown(FIRST.bit_rate)
-
-        on = power.on()
-
-        either = matchers.any_of(
-            frozenset(cobs.ERROR_CONTROL + each.node_id for each in (FIRST, SECOND)),
-            "boot-up of the old or the new node id",
-        )
-        within = 2 * bench.profile.limits.boot_up_ns
-        boot = bench.expect(either, after=on, within=within, requirement="COM-26")
-        found = FIRST if boot.frame.can_id == cobs.ERROR_CONTROL + FIRST.node_id else SECOND
-        bench.recognised(on, found)
+        found, boot = boots_as_either(bench, power)
         expect_whole_set(bench, keys, found, boot, cut_ms)
+
+
+def boots_as_either(bench: Bench, power: Power) -> tuple[Parameters, Seen]:
+    """A regular start shows which of the two sets is stored: that set, and the boot-up."""
+    on = power.on()
+    either = matchers.any_of(
+        frozenset(cobs.ERROR_CONTROL + each.node_id for each in (FIRST, SECOND)),
+        "boot-up of the old or the new node id",
+    )
+    within = 2 * bench.profile.limits.boot_up_ns
+    boot = bench.expect(either, after=on, within=within, requirement="COM-26")
+    found = FIRST if boot.frame.can_id == cobs.ERROR_CONTROL + FIRST.node_id else SECOND
+    bench.recognised(on, found)
+    return found, boot
 
 
 def expect_whole_set(bench: Bench, keys: Keys, found: Parameters, boot: Seen, cut_ms: int) -> None:
@@ -181,6 +188,28 @@ def expect_whole_set(bench: Bench, keys: Keys, found: Parameters, boot: Seen, cu
     expect_report(bench, keys, keys.press(keys.names[0]), "COM-26")
     whole = f"cut {cut_ms} ms after 4F8h: node {found.node_id} with its own times"
     bench.check(fact=True, text=whole, requirement="COM-26")
+
+
+@pytest.mark.requirement("COM-29", "COM-26")
+def test_storing_that_was_cut_is_not_resumed(
+    bench: Bench, power: Power, keys: Keys, bitrate: BitRate
+) -> None:
+    """What a power cut left of storing is not completed in a later wait without 4F8h."""
+    bench.fresh()
+    bench.commission(FIRST)
+    bench.enter_commissioning()
+    request = bench.request(SECOND)
+    bench.wait_until(request.at + CUT_IN_THE_MIDST_NS)
+    bench.leave_unknown(FIRST.bit_rate)
+    found, _ = boots_as_either(bench, power)
+
+    bench.enter_commissioning()
+    bench.wait(bench.profile.limits.store_ns)
+    bench.leave_unknown(FIRST.bit_rate)
+
+    again, boot = boots_as_either(bench, power)
+    text = f"node {found.node_id} after the cut is node {found.node_id} after a wait"
+    bench.check(again == found, f"{text}; it is {again.node_id}", since=boot)
 
 
 @pytest.mark.requirement("COM-29")

@@ -15,6 +15,7 @@ from hil_tests.acceptance.key_steps import (
     MARGIN_NS,
     PREFERRED,
     expect_keys,
+    expect_masks,
     key_masks,
     known,
     long_enough_ns,
@@ -26,7 +27,18 @@ from hil_tests.acceptance.key_steps import (
     too_short_ns,
     visible_ns,
 )
-from hil_tests.api import MS, Bench, Frame, Keys, Nmt, State, cobs, exactly, matchers
+from hil_tests.api import (
+    MS,
+    Bench,
+    Frame,
+    Keys,
+    Nmt,
+    NotApplicable,
+    State,
+    cobs,
+    exactly,
+    matchers,
+)
 from hil_tests.scenarios.story import KeyStory
 
 NEAR_MS = (0, -1, 1, 0)
@@ -281,3 +293,17 @@ def test_keys_are_told_without_heartbeat(bench: Bench, keys: Keys) -> None:
         expect_keys(bench, [], after=released, requirement="KEY-20")
     settle(bench)
     story.judge("KEY-02")
+
+
+@pytest.mark.requirement("KEY-20")
+def test_releases_are_silent_where_the_profile_says_so(bench: Bench, keys: Keys) -> None:
+    """On a board that reports presses only, letting go of one key and of all brings no frame."""
+    if bench.profile.releases_reported:
+        raise NotApplicable("the profile says that the board reports releases")
+    KeyStory.operational(bench, PREFERRED)
+    pressed = keys.hold(*keys.names[:2])
+    expect_keys(bench, keys.names[:2], after=pressed, requirement="KEY-02")
+    for name in keys.names[:2]:
+        released = keys.release(name)
+        settle(bench)
+        expect_masks(bench, [], after=released)

@@ -16,7 +16,7 @@ from hil_tests.acceptance.key_steps import (
     settle,
 )
 from hil_tests.acceptance.nmt_steps import enter, name_of
-from hil_tests.api import MS, Bench, Frame, Keys, Nmt, NotApplicable, cobs, matchers
+from hil_tests.api import MS, Bench, Frame, Keys, Nmt, NotApplicable, Power, cobs, matchers
 from hil_tests.scenarios.story import KeyStory
 
 LEADS_TO = cobs.LEADS_TO
@@ -294,6 +294,25 @@ def test_keys_held_at_the_start_are_shown(bench: Bench, keys: Keys, which: str) 
         bench.check(masks[-1:] == [keys.mask], text, since=command)
         story.judge("KEY-22", "KEY-01")
         keys.release()
+
+
+@pytest.mark.requirement("KEY-22", "KEY-01")
+def test_key_pressed_right_after_power_on_is_shown(bench: Bench, power: Power, keys: Keys) -> None:
+    """A key that is pressed while the node initialises disturbs no start, and is shown."""
+    bench.fresh(PREFERRED)
+    story = KeyStory(bench)
+    on = power.on()
+    keys.press(keys.names[-1])
+    within = bench.profile.limits.boot_up_ns
+    bench.expect(matchers.boot_up(bench.node_id), after=on, within=within, requirement="NMT-02")
+    settle(bench)
+    started = bench.nmt(Nmt.START)
+    settle(bench)
+    bench.wait(bench.profile.limits.command_ns)
+    masks = key_masks(bench, started)
+    text = f"{keys.mask:02X}h is shown after entry; the key frames were {masks}"
+    bench.check(masks[-1:] == [keys.mask], text, since=started)
+    story.judge("KEY-22", "KEY-01")
 
 
 @pytest.mark.requirement("KEY-22", "KEY-01")
