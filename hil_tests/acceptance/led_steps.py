@@ -66,7 +66,7 @@ def show_both(bench: Bench, leds: Leds, on: Sequence[str], blink: Sequence[str])
     sent = set_steady(bench, on)
     expect_lights(bench, leds, on=on, after=sent, requirement="LED-01")
     sent = set_blinking(bench, blink)
-    expect_lights(bench, leds, on=on, blink=blink, after=sent, moved=blink)
+    expect_lights(bench, leds, on=on, blink=blink, after=sent, moved=(blink, "LED-02"))
     return sent
 
 
@@ -78,7 +78,7 @@ def expect_lights(
     *,
     after: Seen | int,
     requirement: str = "",
-    moved: Iterable[str] | None = None,
+    moved: tuple[Iterable[str], str] | None = None,
 ) -> None:
     """Exactly these LEDs shine, exactly these blink, all others are off.
 
@@ -89,8 +89,8 @@ def expect_lights(
         blink: that blink.
         after: what led to that.
         requirement: that it is so.
-        moved: the LEDs that a blink map has just moved, if any: it must move them (LED-02),
-            and no other (LED-03).
+        moved: the LEDs that the last map was about, and the requirement that it moves them;
+            where others are wrong that is LED-03.
     """
     wanted = dict.fromkeys(leds.names, "off")
     wanted |= dict.fromkeys(on, "on") | dict.fromkeys(blink, "blink")
@@ -101,8 +101,10 @@ def expect_lights(
         if found.get(name) != light
     ]
     if moved is not None:
-        others = set(wanted) - set(moved)
-        requirement = "LED-03" if any(found.get(n) != wanted[n] for n in others) else "LED-02"
+        names, requirement = moved
+        others = set(wanted) - set(names)
+        if any(found.get(name) != wanted[name] for name in others):
+            requirement = "LED-03"
     text = f"lights: {_show(wanted)}" + (f"; {', '.join(wrong)}" if wrong else "")
     bench.check(not wrong, text, requirement=requirement, since=after)
 

@@ -217,6 +217,7 @@ def test_last_frame_shows_the_final_state(bench: Bench, keys: Keys, debounce: in
 def test_led_frames_do_not_delay_a_key(bench: Bench, keys: Keys, level: str) -> None:
     """LED frames that come between the edge and the report neither delay nor lose it."""
     story = ready(bench, keys, level, debounce=1)
+    settle(bench)
     moved = bench.now() + 20 * MS
     name = keys.names[1]
     for after_ms in (5, 45, 85):
@@ -233,7 +234,8 @@ def test_led_frames_do_not_delay_a_key(bench: Bench, keys: Keys, level: str) -> 
 def test_hundreds_of_changes_are_reported(bench: Bench, keys: Keys) -> None:
     """Of many presses and releases of one key each is shown once (in virtual time 300)."""
     needs_releases(bench)
-    story = KeyStory.operational(bench, {"node_id": 6}, debounce=0)
+    story = KeyStory.operational(bench, {"node_id": 6}, debounce=1)
+    settle(bench)
     name, begin = frozenset(keys.names[-1:]), bench.now()
     count, apart_ns = (300 if bench.stage.virtual else 20), 2 * report_limits(bench).at_most_ns
     keys.sequence([(n * apart_ns, frozenset() if n % 2 else name) for n in range(count)])

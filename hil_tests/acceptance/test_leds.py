@@ -84,7 +84,9 @@ def test_bytes_of_the_source(bench: Bench, leds: Leds) -> None:
     expect_lights(bench, leds, on=[bits[0]], after=sent)
     sent = bench.send(Frame(0x300 + bench.node_id, b"\x02"))
     settle(bench)
-    expect_lights(bench, leds, on=[bits[0]], blink=[bits[1]], after=sent, moved=[bits[1]])
+    expect_lights(
+        bench, leds, on=[bits[0]], blink=[bits[1]], after=sent, moved=([bits[1]], "LED-02")
+    )
 
 
 def strange_frames(bench: Bench) -> list[Frame]:
@@ -126,14 +128,14 @@ def test_maps_do_not_touch_each_other(bench: Bench, leds: Leds) -> None:
     half, rest = leds.names[::2], leds.names[1::2]
     show_both(bench, leds, half, rest)
     sent = set_steady(bench, half[:1])
-    expect_lights(bench, leds, on=half[:1], blink=rest, after=sent)
+    expect_lights(bench, leds, on=half[:1], blink=rest, after=sent, moved=(half, "LED-01"))
     sent = set_blinking(bench, rest[:1])
-    expect_lights(bench, leds, on=half[:1], blink=rest[:1], after=sent)
+    expect_lights(bench, leds, on=half[:1], blink=rest[:1], after=sent, moved=(rest, "LED-02"))
     sent = set_steady(bench, ())
-    expect_lights(bench, leds, blink=rest[:1], after=sent)
+    expect_lights(bench, leds, blink=rest[:1], after=sent, moved=(half, "LED-01"))
     set_steady(bench, half)
     sent = set_blinking(bench, ())
-    expect_lights(bench, leds, on=half, after=sent)
+    expect_lights(bench, leds, on=half, after=sent, moved=(rest, "LED-02"))
 
 
 @pytest.mark.requirement("LED-03")
@@ -228,6 +230,10 @@ def test_extra_bytes_mean_nothing(bench: Bench, leds: Leds, filling: int) -> Non
     start_dark(bench)
     half, rest = leds.names[::2], leds.names[1::2]
     show_both(bench, leds, rest, half)
+    set_steady(bench, half)
+    sent = set_blinking(bench, rest)
+    expect_lights(bench, leds, on=half, blink=rest, after=sent, moved=(rest, "LED-02"))
+    half, rest = rest, half
     for length in {size + 1, 8}:
         extra = bytes([filling]) * (length - size)
         bench.send(Frame(steady_id(bench), led_data(bench, half) + extra))
@@ -324,6 +330,5 @@ def test_leds_on_leaving_are_recorded(bench: Bench, leds: Leds, way_out: Nmt) ->
     bench.characteristic("LED-22", f"on the command {name_of(way_out)} the LEDs {how}")
     # Whatever they did: in operational a frame is the whole map again.
     bench.enter_operational()
-    set_steady(bench, rest)
-    sent = set_blinking(bench, half)
-    expect_lights(bench, leds, on=rest, blink=half, after=sent, moved=half)
+    set_blinking(bench, ())
+    show_both(bench, leds, rest, half)

@@ -7,7 +7,7 @@ from itertools import product
 import attrs
 import pytest
 
-from hil_tests.acceptance.commissioning_steps import expect_period
+from hil_tests.acceptance.commissioning_steps import boots_as, expect_period
 from hil_tests.acceptance.nmt_steps import (
     COMMAND_TO,
     QUICK,
@@ -15,6 +15,7 @@ from hil_tests.acceptance.nmt_steps import (
     RUNNING_STATES,
     enter,
     expect_outcome,
+    expect_restart,
     expect_unmoved,
     name_of,
 )
@@ -43,9 +44,7 @@ def test_each_command_is_obeyed(bench: Bench, addressee: str) -> None:
     sent = bench.send(Frame(0x000, bytes((0x80, to))))
     bench.expect_state(State.PRE_OPERATIONAL, after=sent)
     for command in (0x81, 0x82):
-        sent = bench.send(Frame(0x000, bytes((command, to))))
-        within = bench.profile.limits.boot_up_ns
-        bench.expect(matchers.boot_up(bench.node_id), after=sent, within=within)
+        expect_restart(bench, bench.send(Frame(0x000, bytes((command, to)))))
 
 
 @pytest.mark.requirement("NMT-07", "NMT-04", "NMT-06")
@@ -183,7 +182,7 @@ def test_commissioned_parameters_outlast_resets(bench: Bench, power: Power, keys
     """What was commissioned over the bus is still there after resets from every state."""
     target = attrs.evolve(bench.fresh(), node_id=13, heartbeat_ms=60)
     bench.commission(target)
-    bench.boot()
+    boots_as(bench, target, "COM-06")
     limits = bench.profile.limits
     for command, state in product(RESETS, RUNNING_STATES):
         enter(bench, state)

@@ -110,10 +110,17 @@ def expect_obeys(bench: Bench, requirement: str, reset_by: str = "") -> None:
     )
 
 
-def obeying(bench: Bench) -> int:
-    """The node obeys before anything is done to it: how many boot-ups that has brought."""
+def obeying(bench: Bench, state: Nmt = Nmt.PRE_OPERATIONAL) -> int:
+    """The node obeys before anything is done to it: how many boot-ups that has brought.
+
+    Args:
+        bench: the bench.
+        state: where a command leads from which it must do so.
+    """
     began = bench.now()
+    bench.nmt(state)
     expect_obeys(bench, "NMT-04", "NMT-06")
+    bench.wait(bench.profile.limits.emcy_ns)
     return len(bench.collect(matchers.boot_up(bench.node_id), after=began, until=bench.now()))
 
 
@@ -126,7 +133,7 @@ def test_garbage_changes_nothing(bench: Bench, state: Nmt) -> None:
     """Frames of every kind that are not meant for the node leave state, cadence and obedience."""
     bench.needs_exclusive()
     bench.start(prefer=QUICK)
-    usual = obeying(bench)
+    usual = obeying(bench, state)
     began = bench.now()
     bench.nmt(state)
     litter(bench, 2500 if bench.stage.virtual else 150)
@@ -159,7 +166,9 @@ def test_parameters_outlast_garbage(bench: Bench, power: Power) -> None:
     """Stored parameters survive garbage, the commissioning message in operation included."""
     bench.needs_exclusive()
     bench.needs_writes("a faulty device may store a 4F8h that it gets in operation")
-    began = bench.start(prefer=QUICK)
+    bench.start(prefer=QUICK)
+    power.off()
+    began = bench.boot()
     known = bench.parameters
     if known is None:
         raise NotRun("what the device is commissioned to is not known")
@@ -199,7 +208,7 @@ SDO_REQUESTS = (
 def test_sdo_requests_do_no_harm(bench: Bench, state: Nmt) -> None:
     """SDO requests, answered or not, neither restart the node nor disturb it."""
     bench.start(prefer=QUICK)
-    obeying(bench)
+    obeying(bench, state)
     boot = bench.now()
     bench.nmt(state)
     for request in SDO_REQUESTS:

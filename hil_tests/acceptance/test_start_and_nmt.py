@@ -105,6 +105,9 @@ def test_third_reset_node_is_like_the_first(bench: Bench) -> None:
     bench.start(QUICK)
     for turn in (1, 2, 3):
         sent = bench.nmt(Nmt.RESET_NODE)
+        within = bench.profile.limits.boot_up_ns
+        boot_up = matchers.boot_up(bench.node_id)
+        bench.expect(boot_up, after=sent, within=within, requirement="NMT-06")
         boot = expect_announcement(bench, sent)
         bench.expect_state(State.PRE_OPERATIONAL, after=boot, requirement="NMT-06")
         found = bench.collect(matchers.boot_up(bench.node_id), after=sent, until=bench.now())

@@ -220,7 +220,7 @@ class Bench(JudgingBench):
     def offer(self, frame: Frame) -> Seen:
         """Send a frame to a node that waits to be commissioned, at 125 kbit/s (COM-02)."""
         try:
-            return self.send(frame)
+            return self.send(frame, "COM-02")
         except NotAcknowledged as error:
             if not self.device_proven:
                 raise
@@ -268,6 +268,11 @@ class Bench(JudgingBench):
         known, self.parameters = self.parameters, None
         self._close_watch(off=False)
         self.parameters = known
+
+    def suppose(self, parameters: Parameters) -> None:
+        """The device is addressed as if it had these; no monitor judges it by them."""
+        self.tolerate_missing_boot_up()
+        self.parameters = parameters
 
     def recognised(self, on: Moment, parameters: Parameters) -> None:
         """The device that was switched on by `on` has these: the monitors judge since then."""

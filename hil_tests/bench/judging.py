@@ -267,8 +267,8 @@ class JudgingBench(BenchCore):
 
     # Sending.
 
-    def send(self, frame: Frame) -> Seen:
-        """Send a frame and wait until it was on the bus.
+    def send(self, frame: Frame, requirement: str = "") -> Seen:
+        """Send a frame and wait until it was on the bus; `requirement` = the device hears it.
 
         Raises:
             DeviceFailure: nobody acknowledges any more, though the device was heard in this
@@ -285,16 +285,17 @@ class JudgingBench(BenchCore):
                     return self.seen(index)
                 index += 1
             if not self.pump(give_up_at) and self.now() >= give_up_at:
-                self._not_acknowledged(frame)
+                self._not_acknowledged(frame, requirement)
 
-    def _not_acknowledged(self, frame: Frame) -> NoReturn:
+    def _not_acknowledged(self, frame: Frame, requirement: str) -> NoReturn:
         text = (
             f"{frame} was not on the bus within {show_span(SEND_PATIENCE_NS)}: nobody"
             " acknowledges (device off, other bit rate, cable) or the bus is full"
         )
         if not self.was_heard():
             raise NotAcknowledged(text)
-        self.fail(f"the device was heard, and is gone from the bus: {text}")
+        text = f"the device was heard, and is gone from the bus: {text}"
+        self.fail(text, requirement=requirement)
 
     def was_heard(self) -> bool:
         """Whether any frame of another station was seen in this test."""

@@ -30,7 +30,7 @@ _ABORT_GENERAL = b"\x80\x00\x00\x00\x00\x00\x00\x08"
 class NeverCommissions(Keypad, Fault):
     """Held commissioning keys are overlooked: the start is regular."""
 
-    violates = ("COM-01", "COM-04", "COM-05", "COM-02")
+    violates = ("COM-01", "COM-04", "COM-05", "COM-02", "COM-12")
 
     def wants_commissioning(self) -> bool:
         """Never."""

@@ -105,7 +105,7 @@ class _Drifting(HeartbeatProducer):
 class HeartbeatDrifts(Operation, Fault):
     """Each heartbeat interval is 0.1 % longer than the one before."""
 
-    violates = ("HB-04", "HB-01")
+    violates = ("HB-04", "HB-01", "ROB-03")
     heartbeat_type = _Drifting
 
 
@@ -270,7 +270,7 @@ class HeartbeatRestartedByKeyFrame(Operation, Fault):
 class HeartbeatDoubledByKeyFrame(Operation, Fault):
     """Every key frame is followed by an extra heartbeat."""
 
-    violates = ("HB-04", "HB-01")
+    violates = ("HB-04", "HB-01", "ROB-03")
 
     def settle(self, now: int) -> Frames:
         """Key frame and heartbeat."""
@@ -306,7 +306,7 @@ class HeartbeatRestartedByLedFrame(Operation, Fault):
 class ZeroPeriodBeats(Operation, Fault):
     """Heartbeat time 0 is taken as 1000 ms."""
 
-    violates = ("HB-05",)
+    violates = ("HB-05", "COM-09")
 
     def heartbeat_ns(self) -> int:
         """A default where there should be silence."""

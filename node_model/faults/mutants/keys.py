@@ -195,7 +195,7 @@ class KeyFrameOfNodeOne(Operation, Fault):
 class OnlyFirstKeyReported(Operation, Fault):
     """A key pressed while another one is held is not reported."""
 
-    violates = ("KEY-02", "KEY-06", "KEY-22", "KEY-20", "KEY-03", "KEY-23")
+    violates = ("KEY-02", "KEY-06", "KEY-22", "KEY-20", "KEY-03", "KEY-23", "ROB-03")
 
     def reports(self, changed: int) -> bool:
         """Only the first press and the last release."""
@@ -240,7 +240,7 @@ class KeyFrameDoubled(Duplicate, Fault):
 class KeyFrameLostEveryFifth(Drop, Fault):
     """Every fifth key frame is missing."""
 
-    violates = ("KEY-06", "KEY-02", "KEY-01", "KEY-20", "KEY-03", "KEY-23")
+    violates = ("KEY-06", "KEY-02", "KEY-01", "KEY-20", "KEY-03", "KEY-23", "ROB-03", "KEY-05")
     every = 5
 
     def picks(self, frame: Frame) -> bool:

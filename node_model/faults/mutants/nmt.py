@@ -35,7 +35,7 @@ class IgnoresStart(Deaf, Fault):
 class IgnoresStartWhenStopped(Deaf, Fault):
     """Start (01h) is ignored in stopped."""
 
-    violates = ("NMT-04", "NMT-07", "HB-03")
+    violates = ("NMT-04", "NMT-07", "HB-03", "KEY-01")
     ignores = NmtCommand.START
     only_in = NmtState.STOPPED
 
@@ -43,7 +43,7 @@ class IgnoresStartWhenStopped(Deaf, Fault):
 class IgnoresStop(Deaf, Fault):
     """Stop (02h) is ignored."""
 
-    violates = ("NMT-04", "NMT-07", "HB-03", "KEY-07")
+    violates = ("NMT-04", "NMT-07", "HB-03", "KEY-07", "KEY-01")
     ignores = NmtCommand.STOP
 
 
@@ -58,7 +58,7 @@ class IgnoresStopWhenPreOperational(Deaf, Fault):
 class IgnoresPreOperational(Deaf, Fault):
     """Enter pre-operational (80h) is ignored."""
 
-    violates = ("NMT-04", "NMT-07")
+    violates = ("NMT-04", "NMT-07", "KEY-01", "KEY-07")
     ignores = NmtCommand.PRE_OPERATIONAL
 
 
@@ -165,7 +165,7 @@ class IgnoresBroadcast(Operation, Fault):
 class ObeysOnlyBroadcast(_Addressed, Fault):
     """NMT commands to the node's own id are ignored."""
 
-    violates = ("NMT-04", "NMT-07", "HB-03", "NMT-06", "HB-05")
+    violates = ("NMT-04", "NMT-07", "HB-03", "NMT-06", "HB-05", "KEY-01")
 
     def address(self, frame: Frame) -> int:  # noqa: ARG002  the seam's arguments
         """Nobody but all."""
@@ -271,7 +271,7 @@ class CommandsTakeEffectLate(Slow, Fault):
 class StopsObeyingAfterStop(Operation, Fault):
     """Once stopped the node obeys nothing but a power cycle."""
 
-    violates = ("NMT-04", "NMT-07", "NMT-06", "HB-03")
+    violates = ("NMT-04", "NMT-07", "NMT-06", "HB-03", "KEY-01")
 
     def obey(self, command: NmtCommand, now: int) -> Frames:
         """Stopped for good."""

@@ -155,7 +155,7 @@ class LedFrameRestartsDebounce(Operation, Fault):
 class LedFrameDropsPendingKey(Operation, Fault):
     """A key that is being debounced when an LED frame comes is not reported."""
 
-    violates = ("KEY-06", "KEY-02")
+    violates = ("KEY-06", "KEY-02", "KEY-20")
 
     def receive(self, frame: Frame, now: int) -> Frames:
         """What is pending is forgotten."""
@@ -168,7 +168,7 @@ class LedFrameDropsPendingKey(Operation, Fault):
 class BeatRestartsDebounce(Operation, Fault):
     """A key that is being debounced when a heartbeat is sent starts its debounce time anew."""
 
-    violates = ("KEY-05",)
+    violates = ("KEY-05", "KEY-02", "KEY-06", "COM-10")
 
     def beat_frames(self) -> Frames:
         """The timer is shared."""

@@ -129,7 +129,7 @@ class TrafficDelaysHeartbeat(_Open, Fault):
 class TrafficStopsNmt(_Open, Fault):
     """After a thousand foreign frames the node obeys NMT no more."""
 
-    violates = ("ROB-01", "NMT-04", "NMT-07")
+    violates = ("ROB-01", "NMT-04", "NMT-07", "ROB-03")
     heard = 0
 
     def upset_by(self, frame: Frame) -> bool:
@@ -267,7 +267,7 @@ class SendsHeartbeatOfNeighbour(Operation, Fault):
 class RestartsEveryTwentySeconds(Operation, Fault):
     """A watchdog restarts the node every 20 s."""
 
-    violates = ("NMT-02", "ROB-02", "HB-01", "HB-04", "NMT-03")
+    violates = ("NMT-02", "ROB-02", "HB-01", "HB-04", "NMT-03", "ROB-03", "HB-06")
     bites_at: int | None = None
 
     def boot(self, now: int) -> Frames:
