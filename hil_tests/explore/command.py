@@ -24,6 +24,8 @@ from node_model.faults import MUTANTS
 
 FAILED = 1
 """Exit status: a device broke something."""
+NOT_JUDGED = 12
+"""Exit status: nothing was judged, as pytest's runs have it."""
 LOST = 11
 """A worker process is gone."""
 
@@ -173,6 +175,9 @@ def play(parser: argparse.ArgumentParser, words: Sequence[str]) -> int:
         print("\n".join(show_frames(trace, 0, len(trace), node_id, trace.frame(0).at)))
     for verdict in finding.verdicts if finding else ():
         print(f"FAIL {verdict}")
+    if lab.why_not:
+        print(f"not played to its end: {lab.why_not}")
+        return NOT_JUDGED
     if finding is None:
         print("nothing is wrong")
     return FAILED if finding else 0

@@ -54,14 +54,18 @@ class Lab:
             raise ConfigError(f"no such model: {error}") from error
         self.bench = Bench(stage, facts, facts.factory)
         self.played = 0
+        self.why_not = ""
+        """Why the last scenario was not played; "" = it was."""
 
     def play(self, scenario: Scenario) -> Finding | None:
         """Play one scenario on a fresh device; None where nothing is found."""
         self.bench.begin_example()
         self.played += 1
+        self.why_not = ""
         try:
             verdicts = play(self.bench, scenario, doubts=False)
-        except NotRun:
+        except NotRun as reason:
+            self.why_not = str(reason)
             return None
         wrong = tuple(each for each in verdicts if each.outcome is Outcome.FAIL)
         return Finding(scenario, wrong) if wrong else None

@@ -183,6 +183,7 @@ def noise(number: int) -> str:
 _BUSY = (
     *(f"nmt {name}" for name in ("start", "stop", "pre-operational", "reset-node all")),
     "nmt reset-communication",
+    "nmt stop all",
     "send 080#",
     "send 080#01",
     "send 100#000000000000",

@@ -129,3 +129,14 @@ def test_a_worker_that_is_lost_is_told() -> None:
     """Here one that cannot even build its model."""
     plan = Soak("keypad", "no-such-model", seed=4, seconds=0.5, jobs=1)
     assert not soak.run(plan, lambda _: None)
+
+
+def test_what_a_bench_cannot_play_is_told() -> None:
+    """Nothing is found where nothing was played, and why stands there until the next scenario."""
+    lab = Lab()
+    leds, lab.bench.leds = lab.bench.leds, None
+    assert lab.play(scenario("operational: 0ms look")) is None
+    assert "leds" in lab.why_not
+    lab.bench.leds = leds
+    assert lab.play(scenario("operational: 0ms look")) is None
+    assert lab.why_not == ""
