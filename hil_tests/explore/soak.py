@@ -118,14 +118,21 @@ def _small(lab: Lab, finding: Finding, number: int) -> Found:
 
 def _work(soak: Soak, worker: int, tell: Queue[Message]) -> None:
     """A worker process; tells now and then, and whatever it finds at once."""
-    ends_at = time.monotonic() + soak.seconds
-    told_at = time.monotonic()
     lab = Lab(soak.profile, soak.model)
-    for message in explored(lab, soak, worker, lambda: time.monotonic() < ends_at):
-        now = time.monotonic()
-        if not isinstance(message, Progress) or now - told_at > _TELL_EVERY_S:
-            told_at = now
-            tell.put(message)
+    told_at = time.monotonic()
+    ends_at = told_at + soak.seconds
+    untold: Progress | None = None
+    # However short the time or slow the machine, one scenario is played.
+    for message in explored(
+        lab, soak, worker, lambda: not lab.played or time.monotonic() < ends_at
+    ):
+        if isinstance(message, Progress) and time.monotonic() - told_at < _TELL_EVERY_S:
+            untold = message
+            continue
+        if untold is not None:
+            tell.put(untold)
+        tell.put(message)
+        untold, told_at = None, time.monotonic()
 
 
 def run(soak: Soak, tell: Callable[[Progress | Found], None]) -> bool:
