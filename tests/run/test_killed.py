@@ -46,19 +46,32 @@ def test_never_reached(bench):
 
 
 @contextmanager
+def heeding_interrupts() -> Iterator[None]:
+    """Programs started meanwhile take SIGINT, even where we run in the background of a shell."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
 def waiting(folder: Path, *options: str) -> Iterator[subprocess.Popen[str]]:
     """A run that has come to the middle of its second test."""
     here = folder / "here"
     os.mkfifo(here)
     (folder / "test_device.py").write_text(PREAMBLE + WAITS, "utf-8")
-    with subprocess.Popen(
-        command(folder, *options),
-        cwd=folder,
-        env=environment(HERE=str(here)),
-        text=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-    ) as process:
+    with (
+        heeding_interrupts(),
+        subprocess.Popen(
+            command(folder, *options),
+            cwd=folder,
+            env=environment(HERE=str(here)),
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        ) as process,
+    ):
         try:
             assert here.read_text() == "ready"
             yield process
