@@ -16,7 +16,7 @@ from hil_tests.scenarios.scenario import Scenario, Step
 BOTH = 0b11
 """The commissioning keys."""
 
-STORED_MS = (505, 610)
+STORED_MS = (502, 610)
 """Store time, and at most a period of the echo."""
 
 OFF_MS = 300

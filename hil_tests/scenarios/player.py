@@ -34,7 +34,7 @@ from hil_tests.scenarios.record import RESETS, Life
 from hil_tests.scenarios.scenario import Scenario, Step
 
 COMMISSIONING_RATE = 125_000
-LINGER_NS = 100 * MS
+LINGER_NS = 5 * MS
 """How much longer than its limit the effect of an LED frame is waited for."""
 
 LOOK_ON_NS = 250 * MS

@@ -157,7 +157,7 @@ def test_the_way_to_be_commissioned() -> None:
     assert steps_of("commission 0") == [
         *waits,
         f"1ms request {data}",
-        "505ms power off",
+        "502ms power off",
         "0ms keys 0",
         "300ms power on",
     ]
