@@ -80,6 +80,8 @@ def _played(bench: Bench, scenario: Scenario, *, doubts: bool) -> Player:
 def _verdicts(player: Player) -> list[Verdict]:
     found = player.finish()
     named = [each if each.requirement else replace(each, requirement=GONE) for each in found]
+    if not player.begun:
+        return named  # the device could not even be brought to where the scenario begins
     return [better(player.bench, player.node_id, each) for each in named]
 
 

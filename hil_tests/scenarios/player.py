@@ -310,6 +310,11 @@ class Player:
             raise NotRun(str(error)) from None
 
     @property
+    def begun(self) -> bool:
+        """The device was brought to where the scenario begins, or was about to start there."""
+        return bool(self._candidates)
+
+    @property
     def node_id(self) -> int:
         """Of the device; in commissioning the one that it had."""
         return (self._own or self._candidates[0]).node_id

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
 
 import pytest
 
 from hil_tests.bench.bench import Bench
 from hil_tests.clock import MS
+from hil_tests.config import Parameters
 from hil_tests.explore.lab import Lab
 from hil_tests.judge.verdict import DeviceFailure, NotRun, Outcome, Verdict
 from hil_tests.scenarios.play import conclude, judge, play
@@ -312,3 +314,19 @@ def test_lost_frames_make_a_fault_doubtful() -> None:
         ("KEY-01", Outcome.INCONCLUSIVE)
     ]
     assert "perhaps, for frames were lost" in found[0].text
+
+
+class _Stubborn(Bench):
+    """Its device cannot be commissioned as a scenario asks."""
+
+    def fresh(self, prefer: Mapping[str, int] | None = None, **needed: int) -> Parameters:
+        """What a real bench says when the device does not listen."""
+        raise DeviceFailure(Verdict("COM-02", Outcome.FAIL, f"nobody listens {prefer} {needed}"))
+
+
+def test_a_device_that_cannot_be_brought_to_the_beginning_is_blamed_for_that() -> None:
+    """On a real bench the commissioning before a scenario can fail: no more is known then."""
+    lab = Lab()
+    bench = _Stubborn(lab.bench.stage, lab.bench.profile, lab.bench.home)
+    bench.begin()
+    assert [each.requirement for each in play(bench, scenario(LITTLE))] == ["COM-02"]
