@@ -127,7 +127,8 @@ class Watch:
     def _device(self, seen: Seen) -> None:
         frame = seen.frame
         self._allowed.see(seen)
-        if self.expected.node_id is None or seen.wanted.earliest <= self._fades_until:
+        dying = self._fades_until >= 0 and seen.wanted.earliest <= self._fades_until
+        if self.expected.node_id is None or dying:
             return  # whose it is nobody can say, or it is dying, and owes nothing any more
         if self._commissions(seen.wanted):
             return  # there every frame but the echo is wrong, and none is a start or a beat
@@ -196,10 +197,12 @@ class Watch:
     def _power(self, moment: Moment) -> None:
         if not moment.detail.get("on"):
             when = moment.when
-            self._fades_until = when.latest + self.expected.fade_ns
-            self.timeline.power_off(Interval(when.earliest, self._fades_until))
+            faded_at = when.latest + self.expected.fade_ns
+            self._fades_until = faded_at if self.expected.fade_ns else -1
+            self.timeline.power_off(Interval(when.earliest, faded_at))
             self._silence(when)
             return
+        self._fades_until = -1
         mode = _MODES.get(str(moment.detail.get("mode")))
         self._allowed.powered()
         self.timeline.power_on(moment.when, mode)

@@ -182,3 +182,23 @@ def test_a_board_may_outlive_its_supply_for_a_while(last_ms: int, blamed: list[s
     scene.power(1000, on=False)
     scene.beats([1060, last_ms])
     assert scene.blamed(2000)[:1] == blamed
+
+
+def test_a_boot_up_that_may_be_as_old_as_the_watch_counts() -> None:
+    """A board that boots at once: its boot-up may have been asked for before anybody watched."""
+    scene = Scene(device(), bit_ns=4000).started(0.001)
+    scene.beats([100, 200])
+    scene.power(250, on=False)
+    scene.power(500, on=True)
+    scene.boot(500.3)
+    scene.beats([600, 700])
+    assert scene.blamed(750) == []
+
+
+def test_a_boot_up_without_supply_leads_nowhere() -> None:
+    """A device that is off for certain stays off, whatever it says."""
+    scene = Scene().started()
+    scene.power(1000, on=False)
+    scene.boot(1500)
+    assert scene.watch.timeline.sure(Interval(1600 * MS, 1600 * MS)) is State.OFF
+    assert "ROB-02" in scene.blamed(2000)
