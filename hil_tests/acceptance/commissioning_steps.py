@@ -48,12 +48,6 @@ LONG_NS = 1500 * MS
 """Longer than any period that a node may have kept from before the example."""
 
 
-def heard(node_id: int) -> matchers.Matcher:
-    """Any frame by which a node that starts can be told, however badly it is formed."""
-    can_ids = {cobs.ERROR_CONTROL + node_id, cobs.EMCY + node_id}
-    return matchers.Matcher(f"a frame of node {node_id}", lambda frame: frame.can_id in can_ids)
-
-
 def answer(bench: Bench, request: Seen, parameters: bytes, requirement: str) -> Seen:
     """A request is answered, which is what `requirement` says; and by the right echo in time."""
     bench.expect(
@@ -133,7 +127,9 @@ def boots_as(
     ids = frozenset(cobs.ERROR_CONTROL + node_id for node_id in others)
     found = bench.collect(matchers.any_of(ids, "another node"), after=on, until=bench.now())
     other = taken_for if found else "COM-06" if requirement == "COM-07" else requirement
-    bench.expect(heard(parameters.node_id), after=on, within=2 * limit_ns, requirement=other)
+    bench.expect(
+        matchers.of_a_start(parameters.node_id), after=on, within=2 * limit_ns, requirement=other
+    )
     if sure:
         bench.recognised(on, parameters)
     boot_up = matchers.boot_up(parameters.node_id)

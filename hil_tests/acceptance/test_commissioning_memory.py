@@ -199,6 +199,7 @@ def test_storing_that_was_cut_is_not_resumed(
     """What a power cut left of storing is not completed in a later wait without 4F8h."""
     bench.fresh()
     bench.commission(FIRST)
+    boots_as(bench, FIRST, "COM-06")
     bench.enter_commissioning()
     request = bench.request(SECOND)
     bench.wait_until(request.at + CUT_IN_THE_MIDST_NS)

@@ -14,7 +14,6 @@ import pytest
 from hil_tests.acceptance.cadence import judge_row, next_beat, some_row
 from hil_tests.acceptance.commissioning_steps import (
     expect_period,
-    heard,
     press_and_release,
 )
 from hil_tests.api import (
@@ -185,7 +184,7 @@ def test_parameters_outlast_garbage(bench: Bench, power: Power) -> None:
     on = power.on()
 
     within = 2 * bench.profile.limits.boot_up_ns  # how soon is NMT-02
-    boot = bench.expect(heard(known.node_id), after=on, within=within)
+    boot = bench.expect(matchers.of_a_start(known.node_id), after=on, within=within)
     if bench.watch.expected.heartbeat_ns:
         expect_period(bench, boot, known, "ROB-01")
 

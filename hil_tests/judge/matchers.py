@@ -55,6 +55,12 @@ def boot_up(node_id: int) -> Matcher:
     return exactly(ERROR_CONTROL + node_id, b"\x00", f"boot-up of node {node_id}")
 
 
+def of_a_start(node_id: int) -> Matcher:
+    """Any frame by which a node that starts can be told, however badly it is formed."""
+    can_ids = {ERROR_CONTROL + node_id, EMCY + node_id}
+    return Matcher(f"a frame of node {node_id}", lambda frame: frame.can_id in can_ids)
+
+
 def heartbeat(node_id: int, state: State | None = None) -> Matcher:
     """A heartbeat, of any state or of the one given; a boot-up is none."""
     can_id = ERROR_CONTROL + node_id

@@ -15,6 +15,8 @@ from hil_tests.api import Bench, Frame, Verdict, cobs
 _BY_STATE = frozenset(("NMT-02", "NMT-03", "NMT-07", "KEY-01", "KEY-06", "KEY-07"))
 """Verdicts that a wrong NMT state leads to."""
 
+BOOT_UP = b"\x00"
+
 _LOOK_BACK = 400
 """Frames."""
 
@@ -26,9 +28,10 @@ def better(bench: Bench, node_id: int, verdict: Verdict) -> Verdict:
     lure = _lure(bench, node_id, verdict.at)
     if lure is None:
         return verdict
-    if not lure.can_id:
+    restarted = verdict.requirement == "NMT-02" and _restarted(bench, node_id, verdict.at)
+    if not lure.can_id and (restarted or verdict.requirement != "NMT-02"):
         name = "NMT-05"
-    elif verdict.requirement == "NMT-02" and _restarted(bench, node_id, verdict.at):
+    elif restarted:
         name = "ROB-01"
     else:
         return verdict
@@ -39,6 +42,7 @@ def _lure(bench: Bench, node_id: int, at: int) -> Frame | None:
     """The last frame that the device should have ignored, if it was right before it."""
     trace = bench.trace
     index = min(trace.index_at(at), len(trace) - 1)
+    wrong = trace.frame(index).frame if index >= 0 else None
     lure: Frame | None = None
     for place in range(index, max(index - _LOOK_BACK, -1), -1):
         sighting = trace.frame(place)
@@ -48,7 +52,8 @@ def _lure(bench: Bench, node_id: int, at: int) -> Frame | None:
                 return None
             lure = lure or frame
         elif lure is not None and frame.can_id == cobs.ERROR_CONTROL + node_id:
-            return lure
+            # What it showed before, too, no lure has led to.
+            return None if frame.data != BOOT_UP and frame == wrong else lure
     return None
 
 

@@ -229,12 +229,14 @@ class Player:
             bench.boot()
             return
         on = bench.power.on()
-        bench.expect(
-            matchers.boot_up(own.node_id),
-            after=on,
-            within=self.limits.boot_up_ns,
-            requirement=self._origin.starts(on.began_at, held=bool(bench.held)),
-        )
+        requirement = self._origin.starts(on.began_at, held=bool(bench.held))
+        limit_ns = self.limits.boot_up_ns
+        if bench.first(matchers.of_a_start(own.node_id), on, on.ended_at + 2 * limit_ns):
+            # It starts as the one it should be: how it announces itself is another matter.
+            self._origin.started()
+            requirement = "NMT-02"
+        boot_up = matchers.boot_up(own.node_id)
+        bench.expect(boot_up, after=on, within=limit_ns, requirement=requirement)
         self._origin.started()
 
     def _identify(self) -> None:
@@ -249,7 +251,8 @@ class Player:
         bench.leave_unknown(rates.pop())
         on = bench.power.on()
         either = matchers.any_of(frozenset(boots), "boot-up of the old or the new node id")
-        boot = bench.expect(either, after=on, within=self.limits.boot_up_ns, requirement="COM-26")
+        limit_ns = 2 * self.limits.boot_up_ns  # how soon is NMT-02
+        boot = bench.expect(either, after=on, within=limit_ns, requirement="COM-26")
         bench.power.off()
         if bench.keys is not None and held:
             bench.keys.hold(*held)

@@ -36,7 +36,7 @@ class DebounceTooLong(Operation, Fault):
 class KeyFrameLate(Delay, Fault):
     """Key frames are sent 31 ms after the change was taken."""
 
-    violates = ("KEY-05", "KEY-07")
+    violates = ("KEY-05", "KEY-07", "COM-23")
     span_ns = 31 * MS
 
     def picks(self, frame: Frame) -> bool:
@@ -119,7 +119,7 @@ class _Adding(Debouncer):
 class ShortPulsesAddUp(Operation, Fault):
     """Several short pulses of a key together count once they make up the debounce time."""
 
-    violates = ("KEY-04", "KEY-05")
+    violates = ("KEY-04", "KEY-05", "KEY-20")
     debouncer_type = _Adding
 
 

@@ -245,7 +245,7 @@ class HeartbeatShowsOldState(Operation, Fault):
 class HeartbeatRestartedByCommand(Operation, Fault):
     """Every NMT command to another node restarts the heartbeat timer."""
 
-    violates = ("HB-04", "HB-01", "ROB-01")
+    violates = ("HB-04", "HB-01", "ROB-01", "HB-06")
 
     def receive(self, frame: Frame, now: int) -> Frames:
         """Whatever is for others."""
@@ -270,7 +270,7 @@ class HeartbeatRestartedByKeyFrame(Operation, Fault):
 class HeartbeatDoubledByKeyFrame(Operation, Fault):
     """Every key frame is followed by an extra heartbeat."""
 
-    violates = ("HB-04", "HB-01", "ROB-03")
+    violates = ("HB-04", "HB-01", "ROB-03", "HB-05")
 
     def settle(self, now: int) -> Frames:
         """Key frame and heartbeat."""

@@ -25,7 +25,7 @@ def is_key_frame(frame: Frame) -> bool:
 class EntryFrameMissing(Operation, Fault):
     """No key frame is sent on entering operational."""
 
-    violates = ("KEY-01",)
+    violates = ("KEY-01", "KEY-22")
 
     def entry_frames(self, now: int) -> Frames:  # noqa: ARG002  the seam's arguments
         """Nothing until a key moves."""
@@ -55,7 +55,7 @@ class EntryFrameEmpty(Operation, Fault):
 class EntryOnlyFirstTime(Operation, Fault):
     """Only the first entry into operational is followed by a key frame."""
 
-    violates = ("KEY-01", "KEY-07")
+    violates = ("KEY-01", "KEY-07", "KEY-22")
     entered = False
 
     def entry_frames(self, now: int) -> Frames:
@@ -182,7 +182,7 @@ class KeyFrameOfTwoBytes(Operation, Fault):
 class KeyFrameOfNodeOne(Operation, Fault):
     """Key frames have the COB-ID of node 1, whatever the node id is."""
 
-    violates = ("KEY-01", "KEY-02", "ROB-02")
+    violates = ("KEY-01", "KEY-02", "ROB-02", "KEY-22")
 
     def key_frame(self, mask: int) -> Frame:
         """Forgotten to add the id."""
@@ -216,7 +216,7 @@ class ReleasesNotReported(Operation, Fault):
 class TogetherOnlyOneReported(Operation, Fault):
     """Of changes that mature together only the one with the lowest bit is ever shown."""
 
-    violates = ("KEY-23", "KEY-06", "KEY-02", "KEY-20", "KEY-03", "KEY-05")
+    violates = ("KEY-23", "KEY-06", "KEY-02", "KEY-20", "KEY-03", "KEY-05", "KEY-22")
 
     def settle(self, now: int) -> Frames:
         """The others wait for the next frame."""
@@ -251,7 +251,7 @@ class KeyFrameLostEveryFifth(Drop, Fault):
 class KeyFramesReordered(Reorder, Fault):
     """Key frames leave in pairs, the later one first."""
 
-    violates = ("KEY-06", "KEY-01", "KEY-05")
+    violates = ("KEY-06", "KEY-01", "KEY-05", "KEY-22", "KEY-20")
 
     def picks(self, frame: Frame) -> bool:
         """Key frames only."""

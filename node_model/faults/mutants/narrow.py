@@ -205,7 +205,7 @@ class DebounceSigned(Operation, Fault):
 class FifteenDeafToItsId(Operation, Fault):
     """As node 15 it obeys NMT commands to all nodes only."""
 
-    violates = ("NMT-04", "COM-08", "NMT-07")
+    violates = ("NMT-04", "COM-08", "NMT-07", "KEY-01")
 
     def command(self, frame: Frame) -> NmtCommand | None:
         """Fifteen counts as not set."""
@@ -227,7 +227,7 @@ class IgnoresPreOperationalWhenStopped(Deaf, Fault):
 class IgnoresResetCommunicationWhenOperational(Deaf, Fault):
     """Reset communication (82h) is ignored in operational."""
 
-    violates = ("NMT-04", "NMT-06", "NMT-07")
+    violates = ("NMT-04", "NMT-06", "NMT-07", "KEY-07")
     ignores = NmtCommand.RESET_COMMUNICATION
     only_in = NmtState.OPERATIONAL
 

@@ -28,7 +28,7 @@ class Deaf(Operation):
 class IgnoresStart(Deaf, Fault):
     """Start (01h) is ignored."""
 
-    violates = ("NMT-04", "NMT-07", "NMT-03", "KEY-01", "HB-03")
+    violates = ("NMT-04", "NMT-07", "NMT-03", "KEY-01", "HB-03", "KEY-22")
     ignores = NmtCommand.START
 
 
@@ -65,7 +65,7 @@ class IgnoresPreOperational(Deaf, Fault):
 class IgnoresResetNode(Deaf, Fault):
     """Reset node (81h) is ignored."""
 
-    violates = ("NMT-04", "NMT-06", "NMT-07", "HB-05")
+    violates = ("NMT-04", "NMT-06", "NMT-07", "HB-05", "KEY-07")
     ignores = NmtCommand.RESET_NODE
 
 
@@ -80,7 +80,7 @@ class IgnoresResetNodeWhenStopped(Deaf, Fault):
 class IgnoresResetCommunication(Deaf, Fault):
     """Reset communication (82h) is ignored."""
 
-    violates = ("NMT-04", "NMT-06", "NMT-07", "HB-05")
+    violates = ("NMT-04", "NMT-06", "NMT-07", "HB-05", "KEY-07")
     ignores = NmtCommand.RESET_COMMUNICATION
 
 
@@ -154,7 +154,7 @@ class _Addressed(Operation):
 class IgnoresBroadcast(Operation, Fault):
     """NMT commands to all nodes (id 0) are ignored."""
 
-    violates = ("NMT-04", "NMT-07", "NMT-06")
+    violates = ("NMT-04", "NMT-07", "NMT-06", "KEY-01", "KEY-07")
 
     def command(self, frame: Frame) -> NmtCommand | None:
         """Only what names it."""
@@ -165,7 +165,7 @@ class IgnoresBroadcast(Operation, Fault):
 class ObeysOnlyBroadcast(_Addressed, Fault):
     """NMT commands to the node's own id are ignored."""
 
-    violates = ("NMT-04", "NMT-07", "HB-03", "NMT-06", "HB-05", "KEY-01")
+    violates = ("NMT-04", "NMT-07", "HB-03", "NMT-06", "HB-05", "KEY-01", "KEY-22")
 
     def address(self, frame: Frame) -> int:  # noqa: ARG002  the seam's arguments
         """Nobody but all."""

@@ -168,7 +168,7 @@ class LedFrameDropsPendingKey(Operation, Fault):
 class BeatRestartsDebounce(Operation, Fault):
     """A key that is being debounced when a heartbeat is sent starts its debounce time anew."""
 
-    violates = ("KEY-05", "KEY-02", "KEY-06", "COM-10")
+    violates = ("KEY-05", "KEY-02", "KEY-06", "COM-10", "KEY-22", "KEY-20")
 
     def beat_frames(self) -> Frames:
         """The timer is shared."""

@@ -50,7 +50,7 @@ class _Open(Operation):
 class ExtendedFrameRestarts(_Open, Fault):
     """Any frame with a 29-bit identifier restarts the node."""
 
-    violates = ("ROB-01", "NMT-05", "NMT-02")
+    violates = ("ROB-01", "NMT-05", "NMT-02", "NMT-07")
 
     def upset_by(self, frame: Frame) -> bool:
         """29 bits do not fit."""
@@ -60,7 +60,7 @@ class ExtendedFrameRestarts(_Open, Fault):
 class RemoteFrameRestarts(_Open, Fault):
     """Any remote frame restarts the node."""
 
-    violates = ("ROB-01", "NMT-05", "NMT-02", "HB-04", "ROB-02")
+    violates = ("ROB-01", "NMT-05", "NMT-02", "HB-04", "ROB-02", "NMT-07")
 
     def upset_by(self, frame: Frame) -> bool:
         """Without data it trips."""
@@ -80,7 +80,7 @@ class LongDlcRestarts(_Open, Fault):
 class EmptyFrameRestarts(_Open, Fault):
     """A data frame without data restarts the node, unless it is SYNC."""
 
-    violates = ("ROB-01", "LED-06", "NMT-02", "NMT-05")
+    violates = ("ROB-01", "LED-06", "NMT-02", "NMT-05", "NMT-07")
 
     def upset_by(self, frame: Frame) -> bool:
         """Its first byte is missed."""
@@ -101,7 +101,7 @@ class SdoRestarts(_Open, Fault):
 class FloodRestarts(_Open, Fault):
     """Every two-hundredth foreign frame restarts the node."""
 
-    violates = ("ROB-01", "ROB-03", "NMT-02", "HB-04")
+    violates = ("ROB-01", "ROB-03", "NMT-02", "HB-04", "NMT-07")
     heard = 0
 
     def upset_by(self, frame: Frame) -> bool:
@@ -267,7 +267,7 @@ class SendsHeartbeatOfNeighbour(Operation, Fault):
 class RestartsEveryTwentySeconds(Operation, Fault):
     """A watchdog restarts the node every 20 s."""
 
-    violates = ("NMT-02", "ROB-02", "HB-01", "HB-04", "NMT-03", "ROB-03", "HB-06")
+    violates = ("NMT-02", "ROB-02", "HB-01", "HB-04", "NMT-03", "ROB-03", "HB-06", "NMT-07")
     bites_at: int | None = None
 
     def boot(self, now: int) -> Frames:
@@ -350,7 +350,7 @@ class HeartbeatsAreRemote(AsRemote, Fault):
 class EverythingExtended(AsExtended, Fault):
     """All frames are sent with 29-bit identifiers."""
 
-    violates = ("NMT-02", "HB-01", "KEY-01", "ROB-02", "COM-05", "HB-05")
+    violates = ("NMT-02", "HB-01", "KEY-01", "ROB-02", "COM-05", "HB-05", "COM-12", "COM-01")
 
 
 class EverythingTooLong(WrongLength, Fault):
