@@ -1,138 +1,104 @@
-"""The matrix mutant x suite: is each faulty model blamed, and each different one spared?
+"""The matrix mutant x test: is each faulty model blamed, and each different one spared?
 
     python -m tests.meta.matrix                  every mutant and every variant
     python -m tests.meta.matrix NAME [NAME ...]  these alone
+    python -m tests.meta.matrix --write-docs     all, and docs/mutants.md is written again
+    python -m tests.meta.matrix --table FILE     nothing is run: an earlier table is judged again
 
-A mutant is killed when, with --can-strict, a test that claims a requirement which the
-mutant violates ends with a FAIL on such a requirement. A variant is harmed when any test
-fails on it; with --can-strict on rows that it departs from it may.
+Every test runs on every model, in virtual time, strictly; see `proving` for how and `proof`
+for what is wrong. The table goes to `reports/<run>/matrix.json`.
 """
 
 from __future__ import annotations
 
+import argparse
+import difflib
 import json
-import subprocess
+import os
 import sys
-import tempfile
 import time
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from collections.abc import Sequence
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
-from node_model.faults import MUTANTS, VARIANTS, Mutant, Variant
+from hil_tests.reporting.rundir import RunDirectory, replace_file
+from hil_tests.requirements import load
+from node_model.faults import MUTANTS, VARIANTS
+from tests.meta.proof import Proof, function_of, load_listed, problems, prove
+from tests.meta.proof_pages import as_data, from_data, page
+from tests.meta.proving import ROOT, Suite, Trial, collect, try_each
 
-ROOT = Path(__file__).parents[2]
-WORKERS = 2
-BAD = ("failed", "error", "inconclusive")
+DOCS = ROOT / "docs" / "mutants.md"
+EVERYBODY = ("", *MUTANTS, *VARIANTS)
+"""The right keypad first: what harms it harms everybody."""
 
 
-@dataclass(frozen=True, slots=True)
-class Cell:
-    """What the suite said of one model.
+def arguments(words: Sequence[str]) -> argparse.Namespace:
+    """The command line.
 
-    Args:
-        name: of the mutant or variant.
-        good: killed and blamed, or spared.
-        text: by which test, or what is wrong.
-        seconds: wall time.
+    Raises:
+        SystemExit: wrong use; unknown models are named with their near misses.
     """
-
-    name: str
-    good: bool
-    text: str
-    seconds: float
-
-
-def results_of(name: str, *options: str) -> list[dict[str, Any]]:
-    """Run the acceptance suite against a model; the results of its tests."""
-    with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"]
-        command += [f"--can-reports={folder}", f"--can-mutant={name}", *options]
-        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-        found = list(Path(folder).glob("2*/results.json"))
-        if not found:
-            raise RuntimeError(f"{name}: no results\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
-        results: list[dict[str, Any]] = json.loads(found[0].read_text())["results"]
-        return results
+    parser = argparse.ArgumentParser(prog="python -m tests.meta.matrix", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help="of a mutant or variant")
+    parser.add_argument("--table", type=Path, metavar="FILE", help="matrix.json of an earlier run")
+    parser.add_argument("--write-docs", action="store_true", help="write docs/mutants.md")
+    help_text = "so many models at once (default: one a core); 0 = all in this process"
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help=help_text)
+    parser.add_argument("--reports", type=Path, default=ROOT / "reports")
+    found = parser.parse_args(words)
+    for name in found.names:
+        if name not in EVERYBODY:
+            near = difflib.get_close_matches(name, EVERYBODY)
+            parser.error(f"no mutant or variant {name!r}; did you mean {', '.join(near) or '-'}?")
+    if found.write_docs and found.names:  # a page of some models would drop the others
+        parser.error("--write-docs needs every model; leave the names out")
+    return found
 
 
-def blames(result: dict[str, Any], violates: Sequence[str]) -> bool:
-    """Whether a test claims one of these requirements and fails on one of them."""
-    claims = set(result["requirements"]) & set(violates)
-    fails = any(
-        row["outcome"] == "failed" and row["requirement"] in violates for row in result["verdicts"]
-    )
-    return bool(claims) and fails
+def line_of(suite: Suite, trial: Trial) -> str:
+    """What came of one model."""
+    name, proof = trial.model, prove(suite, [trial])
+    if name in proof.killers:
+        killers = list(dict.fromkeys(map(function_of, proof.killers[name])))
+        good, text = bool(killers), f"killed by {len(killers)} tests: {', '.join(killers[:1])}"
+    else:
+        good, text = not proof.harmed[name], "HARMED" if proof.harmed[name] else "spared"
+    mark = "ok " if good and name not in proof.broken else "BAD"
+    return f"{mark} {name or 'the keypad itself':44s} {trial.seconds:5.1f} s  {text}"
 
 
-def try_mutant(mutant: Mutant) -> Cell:
-    """Put a mutant under the tests that claim what it violates; first failure first."""
-    began = time.perf_counter()
-    clauses = [f"--can-clause={name}" for name in mutant.violates]
-    seen: list[str] = []
-    for extra in (["--maxfail=1"], []):
-        results = results_of(mutant.name, "--can-strict", *clauses, *extra)
-        killers = [each["test"] for each in results if blames(each, mutant.violates)]
-        if killers:
-            text = killers[0].rpartition("/")[2]
-            return Cell(mutant.name, True, text, time.perf_counter() - began)
-        seen = [
-            f"{row['requirement']} in {each['test'].rpartition('::')[2]}"
-            for each in results
-            for row in each["verdicts"]
-            if row["outcome"] == "failed"
-        ]
-    blamed = f"blamed instead: {', '.join(sorted(set(seen))[:3])}" if seen else "survives"
-    text = f"violates {', '.join(mutant.violates)}; {blamed}"
-    return Cell(mutant.name, False, text, time.perf_counter() - began)
+def run(suite: Suite, names: Sequence[str], workers: int) -> Proof:
+    """Try models, say of each what came of it, and prove; the order of names is kept."""
+    trials = {}
+    for trial in try_each(suite, names, workers):
+        print(line_of(suite, trial), flush=True)  # noqa: T201
+        trials[trial.model] = trial
+    return prove(suite, [trials[name] for name in names])
 
 
-def try_variant(variant: Variant) -> Cell:
-    """Put a variant under the whole suite, strictly; rows that it departs from may fail."""
-    began = time.perf_counter()
-    departs = set(getattr(variant, "departs", ()))
-    harmed = []
-    for each in results_of(variant.name, "--can-strict"):
-        rows = [row for row in each["verdicts"] if row["outcome"] in BAD]
-        if each["outcome"] in BAD and not rows:
-            harmed.append(f"{each['test'].rpartition('::')[2]}: {each['text'][:100]}")
-        harmed += [
-            f"{each['test'].rpartition('::')[2]}: {row['text'][:120]}"
-            for row in rows
-            if row["requirement"] not in departs
-        ]
-    text = "; ".join(harmed[:3]) if harmed else "spared"
-    return Cell(variant.name, not harmed, text, time.perf_counter() - began)
-
-
-def _try(model: Mutant | Variant) -> Cell:
-    try:
-        return try_mutant(model) if isinstance(model, Mutant) else try_variant(model)
-    except RuntimeError as error:
-        return Cell(model.name, False, str(error)[-300:], 0.0)
-
-
-def try_all(models: Iterable[Mutant | Variant]) -> Iterable[Cell]:
-    """Try models on every core, in order."""
-    with ThreadPoolExecutor(WORKERS) as pool:
-        yield from pool.map(_try, models)
-
-
-Trial = Callable[[Iterable[Mutant | Variant]], Iterable[Cell]]
-
-
-def main(names: Sequence[str], trial: Trial = try_all) -> int:
-    """Print the matrix; exit status 1 where a mutant survives or a variant is harmed."""
-    models: list[Mutant | Variant] = [*MUTANTS.values(), *VARIANTS.values()]
-    chosen = [model for model in models if not names or model.name in names]
-    wrong = 0
-    for cell in trial(chosen):
-        wrong += not cell.good
-        mark = "ok " if cell.good else "BAD"
-        print(f"{mark} {cell.name:42s} {cell.seconds:6.1f} s  {cell.text}", flush=True)  # noqa: T201
-    print(f"{len(chosen)} models, {wrong} wrong")  # noqa: T201
+def main(words: Sequence[str]) -> int:
+    """Print the matrix, write it down; exit status 1 where something is wrong with the suite."""
+    chosen = arguments(words)
+    began = time.monotonic()
+    requirements, listed = load(), load_listed()
+    if chosen.table:
+        proof = from_data(json.loads(chosen.table.read_text("utf-8")))
+    else:
+        proof = run(collect(), chosen.names or EVERYBODY, chosen.workers)
+    models = {*proof.killers, *proof.harmed}
+    wrong = list(problems(proof, requirements, listed, whole=models == set(EVERYBODY)))
+    seconds = time.monotonic() - began
+    table = chosen.table
+    if not table:
+        table = RunDirectory.create(chosen.reports, datetime.now(UTC)).path / "matrix.json"
+        data = as_data(proof, wrong, seconds)
+        replace_file(table, json.dumps(data, indent=1).encode())
+    if chosen.write_docs:
+        DOCS.write_text(page(proof, requirements, listed), "utf-8")
+    for line in wrong:
+        print(line)  # noqa: T201
+    print(f"{len(models)} models in {seconds:.0f} s, {len(wrong)} problems; {table}")  # noqa: T201
     return int(bool(wrong))
 
 
