@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from hil_tests.bench.bench import ECHO_PERIOD_NS, Bench, payload
+from hil_tests.bench.bench import COMMISSIONING_RATE, Bench, payload
 from hil_tests.bench.facilities import BitRate, Keys, Leds, Power
+from hil_tests.bench.judging import LOOK_ON_NS
 from hil_tests.clock import MS, Interval, S, exactly, show_span
-from hil_tests.config import DeviceProfile, Parameters
+from hil_tests.config import ECHO_PERIOD_NS, DeviceProfile, Parameters
 from hil_tests.errors import FrameNotCarried
 from hil_tests.judge import cobs, matchers
 from hil_tests.judge.causal import Seen
@@ -24,7 +25,9 @@ from hil_tests.trace import EventKind, Moment
 from node_model.frame import Frame
 
 __all__ = [
+    "COMMISSIONING_RATE",
     "ECHO_PERIOD_NS",
+    "LOOK_ON_NS",
     "MS",
     "Bench",
     "BitRate",

@@ -72,6 +72,15 @@ def settle(bench: Bench) -> None:
     bench.wait(report_limits(bench).at_most_ns + LINGER_NS)
 
 
+def expect_held_shown(bench: Bench, keys: Keys, started: Seen) -> None:
+    """The last key frame after a start shows exactly the keys that are held."""
+    settle(bench)
+    bench.wait(bench.profile.limits.command_ns)
+    masks = key_masks(bench, started)
+    text = f"{keys.mask:02X}h is shown after entry; the key frames were {masks}"
+    bench.check(masks[-1:] == [keys.mask], text, since=started)
+
+
 def expect_keys(
     bench: Bench, names: Iterable[str], *, after: Moment | Seen, requirement: str = ""
 ) -> Seen:

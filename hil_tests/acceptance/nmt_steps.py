@@ -14,7 +14,7 @@ QUICK: Mapping[str, int] = {"heartbeat_ms": 100}
 
 RUNNING_STATES = (State.PRE_OPERATIONAL, State.OPERATIONAL, State.STOPPED)
 
-RESETS = (Nmt.RESET_NODE, Nmt.RESET_COMMUNICATION)
+RESETS = cobs.RESETS
 
 BOOT_UP = b"\x00"
 

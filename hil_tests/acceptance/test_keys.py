@@ -7,6 +7,7 @@ import pytest
 from hil_tests.acceptance.key_steps import (
     MARGIN_NS,
     PREFERRED,
+    expect_held_shown,
     expect_keys,
     expect_masks,
     key_masks,
@@ -15,13 +16,12 @@ from hil_tests.acceptance.key_steps import (
     report_limits,
     settle,
 )
-from hil_tests.acceptance.nmt_steps import enter, name_of
+from hil_tests.acceptance.nmt_steps import RESETS, enter, name_of
 from hil_tests.api import MS, Bench, Frame, Keys, Nmt, NotApplicable, Power, cobs, matchers
 from hil_tests.scenarios.story import KeyStory
 
 LEADS_TO = cobs.LEADS_TO
 LEAVING = (Nmt.STOP, Nmt.PRE_OPERATIONAL)
-RESETS = (Nmt.RESET_NODE, Nmt.RESET_COMMUNICATION)
 
 
 @pytest.mark.requirement("KEY-01")
@@ -287,11 +287,7 @@ def test_keys_held_at_the_start_are_shown(bench: Bench, keys: Keys, which: str) 
         bench.wait(bench.profile.limits.emcy_ns)
         command = bench.nmt(Nmt.START)
         bench.entered(command)
-        settle(bench)
-        bench.wait(bench.profile.limits.command_ns)
-        masks = key_masks(bench, command)
-        text = f"{keys.mask:02X}h is shown after entry; the key frames were {masks}"
-        bench.check(masks[-1:] == [keys.mask], text, since=command)
+        expect_held_shown(bench, keys, command)
         story.judge("KEY-22", "KEY-01")
         keys.release()
 
@@ -307,11 +303,7 @@ def test_key_pressed_right_after_power_on_is_shown(bench: Bench, power: Power, k
     bench.expect(matchers.boot_up(bench.node_id), after=on, within=within, requirement="NMT-02")
     settle(bench)
     started = bench.nmt(Nmt.START)
-    settle(bench)
-    bench.wait(bench.profile.limits.command_ns)
-    masks = key_masks(bench, started)
-    text = f"{keys.mask:02X}h is shown after entry; the key frames were {masks}"
-    bench.check(masks[-1:] == [keys.mask], text, since=started)
+    expect_held_shown(bench, keys, started)
     story.judge("KEY-22", "KEY-01")
 
 
@@ -334,11 +326,7 @@ def test_keys_are_known_after_a_reset(bench: Bench, keys: Keys, command: Nmt, mo
     bench.expect(matchers.boot_up(bench.node_id), after=sent, within=within, requirement="NMT-06")
     settle(bench)
     started = bench.nmt(Nmt.START)
-    settle(bench)
-    bench.wait(bench.profile.limits.command_ns)
-    masks = key_masks(bench, started)
-    text = f"{keys.mask:02X}h is shown after entry; the key frames were {masks}"
-    bench.check(masks[-1:] == [keys.mask], text, since=started)
+    expect_held_shown(bench, keys, started)
     story.judge("KEY-22", "KEY-01")
 
 
@@ -350,13 +338,9 @@ def test_key_pressed_just_before_entry_is_shown(bench: Bench, keys: Keys) -> Non
     bench.wait(100 * MS)
     command = bench.nmt(Nmt.START)
     bench.entered(command)
-    settle(bench)
-    bench.wait(bench.profile.limits.command_ns)
-    masks = key_masks(bench, command)
-    text = f"{keys.mask:02X}h is shown after entry; the key frames were {masks}"
-    bench.check(masks[-1:] == [keys.mask], text, since=command)
+    expect_held_shown(bench, keys, command)
     story.judge("KEY-22", "KEY-01")
-    at_once = masks[0] == keys.mask
+    at_once = key_masks(bench, command)[0] == keys.mask
     how = "at once on entry" if at_once else "after the debounce time"
     bench.characteristic("KEY-22", f"a key pressed in pre-operational counts {how}")
 

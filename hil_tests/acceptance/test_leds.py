@@ -20,11 +20,10 @@ from hil_tests.acceptance.led_steps import (
     start_dark,
     steady_id,
 )
-from hil_tests.acceptance.nmt_steps import enter, name_of
+from hil_tests.acceptance.nmt_steps import RESETS, enter, name_of
 from hil_tests.api import Bench, Frame, Leds, Nmt, NotApplicable, Power, cobs, matchers
 
 LEAVING = (Nmt.STOP, Nmt.PRE_OPERATIONAL)
-RESETS = (Nmt.RESET_NODE, Nmt.RESET_COMMUNICATION)
 MAPS = ("steady", "blink")
 
 Lights = Callable[[Bench, list[str]], object]

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import attrs
 
 from hil_tests.bench.judging import LOOK_ON_NS, JudgingBench
-from hil_tests.bench.terms import interval_of
-from hil_tests.clock import MS
-from hil_tests.config import Parameters
+from hil_tests.bench.terms import interval_of, lacking
+from hil_tests.config import ECHO_PERIOD_NS, Parameters
 from hil_tests.errors import NotAcknowledged
 from hil_tests.judge import matchers
 from hil_tests.judge.causal import Seen
@@ -25,8 +24,6 @@ from node_model.frame import Frame
 
 COMMISSIONING_RATE = 125_000
 """Bit rate of commissioning, whatever is stored (keypad source)."""
-
-ECHO_PERIOD_NS = 100 * MS
 
 
 def payload(parameters: Parameters) -> bytes:
@@ -83,7 +80,7 @@ class Bench(JudgingBench):
             self._recommission(target)
         if self.power:
             self.power.off()
-        self._tune(target.bit_rate)
+        self.tune(target.bit_rate)
         self.renewed(target, off=self.power is not None)
         return target
 
@@ -109,9 +106,8 @@ class Bench(JudgingBench):
             return ""
         lacks = [name for name in ("power", "keys") if getattr(self, name) is None]
         if lacks:
-            missing = " and no ".join(name.capitalize() for name in lacks)
-            sections = " and ".join(f"[{name}]" for name in lacks)
-            return f"bench {self.stage.name!r} has no {missing} to commission with; add {sections}"
+            missing, sections = lacking(lacks)
+            return f"bench {self.stage.name!r} has {missing} to commission with; add {sections}"
         if not self.stage.writes_allowed:
             return "commissioning writes non-volatile memory; allow it with --can-allow-writes"
         return ""
@@ -128,7 +124,7 @@ class Bench(JudgingBench):
         if self.power:
             self.power.forget()
 
-    def _tune(self, bit_rate: int) -> None:
+    def tune(self, bit_rate: int) -> None:
         """Bring the tester's end to the device's bit rate."""
         if bit_rate == self.stage.bit_rate:
             return
@@ -208,7 +204,7 @@ class Bench(JudgingBench):
             raise NotRun("commissioning needs Power and Keys")
         self.power.off()
         self.keys.hold(*self.profile.commissioning_keys, *extra)
-        self._tune(COMMISSIONING_RATE)
+        self.tune(COMMISSIONING_RATE)
         on = self.power.on()
         self.wait(self.profile.limits.boot_up_ns)
         return on
@@ -234,7 +230,7 @@ class Bench(JudgingBench):
             self.power.off()
         if self.keys:
             self.keys.release()
-        self._tune(parameters.bit_rate)
+        self.tune(parameters.bit_rate)
         self.renewed(parameters, off=True)
 
     def commission(self, parameters: Parameters) -> Seen:
@@ -261,7 +257,7 @@ class Bench(JudgingBench):
             self.power.off()
         if self.keys:
             self.keys.release()
-        self._tune(bit_rate)
+        self.tune(bit_rate)
         self.forget()
         self._close_watch(off=True)
 
@@ -333,6 +329,13 @@ class Bench(JudgingBench):
         """
         if not self.stage.disturb():
             raise NotRun(f"bench {self.stage.name!r} cannot put error frames on the bus")
+
+    def needs_facilities(self, names: Sequence[str]) -> None:
+        """Raise NotRun where the bench has not all of these."""
+        lacks = [name for name in names if getattr(self, name) is None]
+        if lacks:
+            missing, sections = lacking(lacks)
+            raise NotRun(f"bench {self.stage.name!r} has {missing}; add {sections} to its file")
 
     def needs_writes(self, why: str) -> None:
         """Raise NotRun where nothing may be done that could change stored parameters."""

@@ -277,6 +277,16 @@ class JudgingBench(BenchCore):
         """
         index = len(self.trace)
         self.post(frame)
+        return self.await_own(frame, index, requirement)
+
+    def await_own(self, frame: Frame, index: int, requirement: str = "") -> Seen:
+        """Wait until a frame of ours that was queued is on the bus; see `send`.
+
+        Args:
+            frame: which one.
+            index: of the first frame of the trace that it can be.
+            requirement: which says that the device hears it.
+        """
         give_up_at = self.now() + SEND_PATIENCE_NS
         while True:
             while index < len(self.trace):

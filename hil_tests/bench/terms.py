@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from hil_tests.clock import FOREVER, Interval
@@ -55,3 +56,14 @@ def expected_of(
         fade_ns=limits.power_off_ns if fades else 0,
         exclusive=exclusive,
     )
+
+
+def facility_name(name: str) -> str:
+    """A facility for people: its fixture is called in lower case."""
+    return {"bitrate": "BitRate"}.get(name, name.capitalize())
+
+
+def lacking(names: Sequence[str]) -> tuple[str, str]:
+    """Facilities that a bench has not: in words, and the sections of a bench file to add."""
+    missing = " and no ".join(map(facility_name, names))
+    return f"no {missing}", " and ".join(f"[{name}]" for name in names)

@@ -24,6 +24,8 @@ from node_model.faults import MUTANTS
 
 FAILED = 1
 """Exit status: a device broke something."""
+INTERRUPTED = 2
+"""Exit status: ended by Ctrl-C, as pytest has it; what was found stands above."""
 NOT_JUDGED = 12
 """Exit status: nothing was judged, as pytest's runs have it."""
 LOST = 11
@@ -94,7 +96,11 @@ def _explored(soak: Soak) -> int:
     Lab(soak.profile, soak.model)  # what is wrong with the names is told at once
     print(f"seed {soak.seed}; the same again: {shlex.join(_again(soak))}", flush=True)
     screen = _Screen(soak)
-    whole = run(soak, screen.tell)
+    try:
+        whole = run(soak, screen.tell)
+    except KeyboardInterrupt:
+        screen.close()
+        return INTERRUPTED
     screen.close()
     if not whole:
         print("a worker was lost; what it had found by then is above", file=sys.stderr)

@@ -12,7 +12,7 @@ from itertools import chain, count
 
 from hil_tests.explore.lab import Lab
 from hil_tests.explore.shrink import shrink
-from hil_tests.explore.walks import walks
+from hil_tests.explore.walks import walk
 from hil_tests.scenarios.corpus import Stored, claims_of
 from hil_tests.scenarios.scenario import Scenario
 
@@ -70,12 +70,13 @@ class Distiller:
 
     def _hunt(self, lab: Lab, target: Target) -> Scenario | None:
         ends_at = self._clock() + self._patience_s
-        for story in walks(self._seed):
+        for number in count():
+            story = walk(self._seed, number)
             if self._shows(lab, target, story):
                 return story
             if self._clock() > ends_at:
                 return None
-        return None  # pragma: no cover - walks never end
+        raise AssertionError  # pragma: no cover - there is always another number
 
 
 def _free_name(name: str, known: Sequence[Stored]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 
@@ -69,7 +68,3 @@ class Lab:
             return None
         wrong = tuple(each for each in verdicts if each.outcome is Outcome.FAIL)
         return Finding(scenario, wrong) if wrong else None
-
-    def hunt(self, scenarios: Iterator[Scenario]) -> Iterator[Finding | None]:
-        """The outcome of scenario after scenario."""
-        return map(self.play, scenarios)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -118,6 +119,7 @@ def _small(lab: Lab, finding: Finding, number: int) -> Found:
 
 def _work(soak: Soak, worker: int, tell: Queue[Message]) -> None:
     """A worker process; tells now and then, and whatever it finds at once."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who started it ends it
     lab = Lab(soak.profile, soak.model)
     told_at = time.monotonic()
     ends_at = told_at + soak.seconds

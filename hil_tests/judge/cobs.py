@@ -41,6 +41,12 @@ class State(Enum):
         return self.name.lower().replace("_", "-")
 
 
+RESETS = (Nmt.RESET_NODE, Nmt.RESET_COMMUNICATION)
+"""Commands after which the device boots anew."""
+
+HARDWARE = 0x50
+"""High byte of the EMCY codes that a keypad may send (NMT-02)."""
+
 LEADS_TO = {
     Nmt.START: State.OPERATIONAL,
     Nmt.STOP: State.STOPPED,

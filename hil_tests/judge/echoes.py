@@ -9,13 +9,12 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from hil_tests.clock import MS, Interval, show_span
+from hil_tests.clock import Interval, show_span
 from hil_tests.judge.cobs import COMMISSION
 from hil_tests.judge.periodic import ENOUGH, mean_interval
 from hil_tests.judge.verdict import Limits, Outcome, Verdict
 from node_model.frame import Frame
 
-PERIOD_NS = 100 * MS
 SIZE = 6
 NODE_IDS = range(1, 16)
 _SERVICES = {0x000, 0x080, 0x7E4, 0x7E5}

@@ -11,7 +11,16 @@ from typing import Protocol
 
 from hil_tests.clock import Interval, show_span
 from hil_tests.judge.causal import Lateness, Seen
-from hil_tests.judge.cobs import ECHO, EMCY, ERROR_CONTROL, KEYS, SDO_ANSWER, Nmt, State
+from hil_tests.judge.cobs import (
+    ECHO,
+    EMCY,
+    ERROR_CONTROL,
+    HARDWARE,
+    KEYS,
+    SDO_ANSWER,
+    Nmt,
+    State,
+)
 from hil_tests.judge.expected import Expected
 from hil_tests.judge.suspicion import Silence, Suspicion, always_wrong, confirmed
 from hil_tests.judge.timeline import States, StateTimeline
@@ -45,10 +54,6 @@ class Monitor(Protocol):
 
 _SPEAKING: States = frozenset((State.PRE_OPERATIONAL, State.OPERATIONAL))
 _BEATING: States = _SPEAKING | {State.STOPPED}
-
-
-HARDWARE = 0x50
-"""High byte of the EMCY codes that a keypad may send (NMT-02)."""
 
 
 class AllowedFrames:
@@ -91,7 +96,7 @@ class AllowedFrames:
         """Note what is wrong with a frame."""
         frame = seen.frame
         rule = self._rules.get(frame.can_id)
-        if frame.can_id != ECHO and self._commissions(seen.wanted):
+        if frame.can_id != ECHO and self._timeline.commissions(seen.wanted):
             self._forbidden(seen, frozenset(), self._timeline.possible(seen.wanted), "ROB-02")
             return
         if rule is None and not self._identified:
@@ -120,11 +125,6 @@ class AllowedFrames:
             self._forbidden(seen, states, possible, requirement)
         elif frame.can_id == ECHO and not self._requested:
             self._suspect("COM-01", f"echo {frame} before any 4F8h was sent", seen)
-
-    def _commissions(self, when: Interval) -> bool:
-        """It waits to be commissioned, or echoes."""
-        possible = self._timeline.possible(when)
-        return State.COMMISSIONING in possible and State.PRE_OPERATIONAL not in possible
 
     def _suspect(self, requirement: str, text: str, seen: Seen) -> None:
         self._suspicions.append(Suspicion(requirement, text, seen, always_wrong))

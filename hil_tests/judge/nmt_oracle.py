@@ -12,9 +12,17 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from hil_tests.judge.causal import Seen
-from hil_tests.judge.cobs import ERROR_CONTROL, KEYS, LEADS_TO, SHOWN, Nmt, State, nmt_for
+from hil_tests.judge.cobs import (
+    ERROR_CONTROL,
+    KEYS,
+    LEADS_TO,
+    RESETS,
+    SHOWN,
+    Nmt,
+    State,
+    nmt_for,
+)
 
-_RESETS = (Nmt.RESET_NODE, Nmt.RESET_COMMUNICATION)
 _BOOT_UP = b"\x00"
 
 
@@ -66,7 +74,7 @@ def breaches(story: Story, limits: Limits) -> list[Breach]:
         if command is not None:
             sure = not _under_way(events) and not _pending(unanswered, seen.at, limits)
             events.append(_Event(command, seen.at, seen.at, sure))
-            if command in _RESETS:
+            if command in RESETS:
                 unanswered.append(seen.at)
         elif _is_boot_up(seen, story.node_id):
             earliest, latest = seen.wanted
@@ -95,7 +103,7 @@ def _under_way(events: Sequence[_Event]) -> bool:
     for event in reversed(events):
         if event.command is None:
             return False
-        if event.command in _RESETS:
+        if event.command in RESETS:
             return True
     return False
 
@@ -104,7 +112,7 @@ def _late(events: Sequence[_Event], at: int, limits: Limits) -> list[Breach]:
     """The boot-up that is owed since the last reset comes at `at`, or had not come by then."""
     if not _under_way(events):
         return []
-    reset = next(event for event in reversed(events) if event.command in _RESETS)
+    reset = next(event for event in reversed(events) if event.command in RESETS)
     if at <= reset.latest + limits.boot_up_ns:
         return []
     return [Breach("NMT-06", f"no boot-up in time after {reset.command!r}")]

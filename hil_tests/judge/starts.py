@@ -10,11 +10,9 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from hil_tests.clock import Interval, show_span
+from hil_tests.judge.cobs import HARDWARE
 from hil_tests.judge.verdict import Limits, Outcome, Verdict
 from node_model.frame import Frame
-
-HARDWARE = 0x50
-"""High byte of the error code (CiA 301, table of emergency error codes)."""
 
 GENERIC = 0x01
 """Bit 0 of the error register."""

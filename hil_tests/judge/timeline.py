@@ -93,6 +93,11 @@ class StateTimeline:
             return self._states[first]
         return frozenset().union(*self._states[first:last])
 
+    def commissions(self, when: Interval) -> bool:
+        """Whether it was powered up to be commissioned, and is there or on the way there."""
+        possible = self.possible(when)
+        return State.COMMISSIONING in possible and State.PRE_OPERATIONAL not in possible
+
     def sure(self, when: Interval) -> State | None:
         """The one state that it must have been in all through `when`; None = not known."""
         states = self.possible(when)

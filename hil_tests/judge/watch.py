@@ -14,6 +14,7 @@ from hil_tests.judge.causal import CausalClock, Lateness, Seen
 from hil_tests.judge.cobs import (
     COMMISSION,
     ERROR_CONTROL,
+    RESETS,
     Nmt,
     State,
     device_ids,
@@ -28,7 +29,6 @@ from hil_tests.judge.verdict import Verdict
 from hil_tests.trace import Burst, BusEvent, Moment, Sighting
 from node_model.frame import Frame
 
-_RESETS = (Nmt.RESET_NODE, Nmt.RESET_COMMUNICATION)
 _MODES = {"commissioning": True, "regular": False}
 
 
@@ -130,7 +130,7 @@ class Watch:
         dying = self._fades_until >= 0 and seen.wanted.earliest <= self._fades_until
         if self.expected.node_id is None or dying:
             return  # whose it is nobody can say, or it is dying, and owes nothing any more
-        if self._commissions(seen.wanted):
+        if self.timeline.commissions(seen.wanted):
             return  # there every frame but the echo is wrong, and none is a start or a beat
         self._boot.see(seen)
         if frame.can_id == self._beat_id and not frame.extended and not frame.remote:
@@ -154,7 +154,7 @@ class Watch:
             return
         when = Interval(seen.at, seen.at)
         command = nmt_for(frame, node_id)
-        if command is not None and self._commissions(when):
+        if command is not None and self.timeline.commissions(when):
             return  # there it obeys no command, and owes nothing for one
         if command is not None:
             self._beat = None
@@ -166,18 +166,13 @@ class Watch:
             self._beat = None
             self.timeline.command(when, perhaps, certain=False)
             self._heartbeats.commanded(when)
-            if perhaps in _RESETS:
+            if perhaps in RESETS:
                 self._boot.excuse()
                 self._heartbeats.silenced(self._calm(when))
 
-    def _commissions(self, when: Interval) -> bool:
-        """It was powered up to be commissioned, whether it is there yet or not."""
-        possible = self.timeline.possible(when)
-        return State.COMMISSIONING in possible and State.PRE_OPERATIONAL not in possible
-
     def _tell(self, when: Interval, command: Nmt) -> None:
         for monitor in self._monitors:
-            if command in _RESETS:
+            if command in RESETS:
                 monitor.restarted(when, command)
             else:
                 monitor.commanded(when)

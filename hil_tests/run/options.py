@@ -16,6 +16,8 @@ import pytest
 PREFIX = "nodeproof_"
 _YES = frozenset(("1", "yes", "true", "on"))
 _SEVERAL = frozenset(("list", "lines"))
+_INI_TYPES = {"list": "args", "lines": "linelist", "switch": "bool"}
+"""pytest's words; all other kinds are strings there."""
 _NO = frozenset(("0", "no", "false", "off", ""))
 
 
@@ -181,9 +183,7 @@ def register(parser: pytest.Parser) -> None:
             elif option.choices:
                 extra["choices"] = option.choices
         group.addoption(f"--{option.name}", **extra)
-        kind: Any = {"list": "args", "lines": "linelist", "switch": "bool"}.get(
-            option.kind, "string"
-        )
+        kind: Any = _INI_TYPES.get(option.kind, "string")
         parser.addini(option.key, option.help, type=kind, default=None)
 
 
@@ -223,10 +223,8 @@ def _find(config: pytest.Config, option: Option) -> tuple[Any, str]:
     written = config.getini(option.key)
     if written not in {None, ""} if not isinstance(written, list) else written:
         return _parse(option, written, f"ini setting {option.key}"), "ini"
-    default = (
-        [] if option.kind in _SEVERAL else False if option.kind == "switch" else option.default
-    )
-    return default, "default"
+    empty: Any = [] if option.kind in _SEVERAL else False
+    return empty if option.kind in _INI_TYPES else option.default, "default"
 
 
 def _parse(option: Option, text: Any, where: str) -> Any:

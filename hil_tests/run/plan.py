@@ -77,8 +77,12 @@ class Plan:
 
     @property
     def budget_ns(self) -> int:
-        """Time for stored scenarios; in virtual time they cost none."""
-        if self.virtual:
+        """Time for stored scenarios; in virtual time they cost none.
+
+        Those of the command line were asked for by name: no default keeps them from being played.
+        """
+        named = self.settings["can_scenario"] and not self.settings["can_budget"]
+        if self.virtual or named:
             return FOREVER
         return parse_span(self.settings["can_budget"] or BUDGET)
 

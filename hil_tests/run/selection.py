@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from hil_tests.bench import terms
 from hil_tests.requirements import Requirement, near
 from hil_tests.run.plan import ALL_FACILITIES
 from hil_tests.run.stash import claimed
@@ -101,11 +102,10 @@ def why_not(item: pytest.Item, plan: Plan) -> str:
 
 def lacking(plan: Plan, lacks: Sequence[str]) -> str:
     """Which facilities a bench has not, and how to add them."""
-    has = ", ".join(map(_shown, plan.facilities)) or "nothing"
-    missing = " and no ".join(map(_shown, lacks))
-    sections = " and ".join(f"[{name}]" for name in lacks)
+    has = ", ".join(map(terms.facility_name, plan.facilities)) or "nothing"
+    missing, sections = terms.lacking(lacks)
     where = "its file" if plan.bench_file else "a bench file (--can-bench FILE)"
-    return f"bench {plan.bench_name!r} has no {missing} (it has {has}); add {sections} to {where}"
+    return f"bench {plan.bench_name!r} has {missing} (it has {has}); add {sections} to {where}"
 
 
 def by_scenario(items: Iterable[pytest.Item]) -> tuple[list[pytest.Item], list[pytest.Item]]:
@@ -121,11 +121,6 @@ def _needs(item: pytest.Item) -> tuple[str, ...]:
     """Facilities that a test names in a marker."""
     marker = item.get_closest_marker("needs")
     return tuple(map(str, marker.args)) if marker else ()
-
-
-def _shown(facility: str) -> str:
-    """The name of a facility for people."""
-    return {"bitrate": "BitRate"}.get(facility, facility.capitalize())
 
 
 def _reason(marker: pytest.Mark) -> str:

@@ -15,7 +15,6 @@ from typing import NamedTuple
 from hil_tests.clock import MS, S
 from hil_tests.errors import ConfigError
 from hil_tests.scenarios.scenario import Scenario, scenario
-from hil_tests.scenarios.words import WORDS
 
 _START_NS = 1500 * MS
 """What a power cycle and a start take on a real bench, about."""
@@ -175,14 +174,6 @@ def _worth(each: Stored, known: Collection[str]) -> tuple[float, int]:
     return new / each.cost_ns, -each.cost_ns
 
 
-def needs(each: Stored) -> frozenset[str]:
-    """Facilities that a bench must have for it."""
-    return each.scenario.needs
-
-
 def is_timed(each: Stored) -> bool:
     """Whether it needs a wire with arbitration and bit times."""
     return any(step.verb == "load" for step in each.scenario.steps)
-
-
-assert set(_CLAIMS) <= set(WORDS), "claims of unknown verbs"

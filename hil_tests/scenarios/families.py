@@ -29,6 +29,7 @@ class Family(NamedTuple):
         weight: how often it is walked.
         opening: actions that come before all others.
         closing: actions that come after all others: what shows what was done to the device.
+        walk: how many actions a walk has in between.
     """
 
     begin: str
@@ -38,6 +39,7 @@ class Family(NamedTuple):
     weight: int = 1
     opening: tuple[str, ...] = ()
     closing: tuple[str, ...] = ()
+    walk: int = 20
 
     def codes(self, given: Given) -> int:
         """How many numbers mean something to it."""
@@ -314,6 +316,7 @@ FAMILIES: Mapping[str, Family] = {
         ("wait", "wait", *FLIPS[:2], "flip 11", "nmt stop", "nmt start", "led 01", "look"),
         _fixed(110, 700, 3_000, 12_000),
         1,
+        walk=6,
     ),
     "rates": Family(
         "operational",

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from hil_tests.api import (
+    COMMISSIONING_RATE,
     MS,
     Bench,
     Frame,
@@ -30,15 +31,12 @@ from hil_tests.scenarios.lives import (
 )
 from hil_tests.scenarios.memory import stored
 from hil_tests.scenarios.origins import Origin
-from hil_tests.scenarios.record import RESETS, Life
+from hil_tests.scenarios.record import Life
 from hil_tests.scenarios.scenario import Scenario, Step
+from hil_tests.scenarios.story import when_all_is_told
 
-COMMISSIONING_RATE = 125_000
 LINGER_NS = 5 * MS
 """How much longer than its limit the effect of an LED frame is waited for."""
-
-LOOK_ON_NS = 250 * MS
-"""How much longer a frame that seems to be missing is waited for in real time."""
 
 MOST_BEATS_NS = 3_000 * MS
 """A scenario waits for two beats at its end, but no longer than this."""
@@ -92,13 +90,11 @@ class Player:
     def begin(self, scenario: Scenario) -> None:
         """Bring the device to where the scenario begins."""
         bench = self.bench
-        lacks = [name for name in sorted(scenario.needs) if getattr(bench, name) is None]
-        if lacks:
-            raise NotRun(f"bench {bench.stage.name!r} has no {' and no '.join(lacks)}")
+        bench.needs_facilities(sorted(scenario.needs))
         if scenario.disturbs:
             bench.needs_exclusive()
-        if scenario.writes and (why := bench.why_not_commission()):
-            raise NotRun(why)
+        if scenario.writes:
+            bench.needs_writes("the scenario may change what the device has stored")
         self._candidates = (bench.fresh(None, **scenario.parameters),)
         if scenario.begin == "off":
             return
@@ -158,26 +154,21 @@ class Player:
         self._held = self.bench.keys.mask if self.bench.keys else 0
         self._judged_until = None
 
-    def _end_life(self, until: int) -> Life | None:
-        """Judge what has just ended, up to an instant; None = the device was off."""
+    def _end_life(self, until: int) -> None:
+        """Judge what has just ended, up to an instant; nothing, where the device was off."""
         mode, self._mode = self._mode, ""
         if not mode:
-            return None
+            return
         bench = self.bench
         bench.settle()
         quiet = bench.watch.quiet_from(until)
         if self._judged_until is not None:
             quiet = min(quiet, self._judged_until)
-        life = Life(bench, self.node_id, self._since, self._held)
-        found = self._judge(mode, life, quiet)
-        if found and bench.stage.health is not None:
-            # The host of a model may have been stopped with a frame of it in hand.
-            bench.wait(LOOK_ON_NS)
-            bench.settle()
-            life = Life(bench, self.node_id, self._since, self._held)
-            found = self._judge(mode, life, quiet)
-        self.found += found
-        return life
+        self.found += when_all_is_told(bench, lambda: self._judge(mode, self._life(), quiet))
+
+    def _life(self) -> Life:
+        """What was recorded since it was switched on."""
+        return Life(self.bench, self.node_id, self._since, self._held)
 
     def _judge(self, mode: str, life: Life, until: int) -> list[Verdict]:
         if mode == "commissioning":
@@ -203,10 +194,11 @@ class Player:
         bench, mode = self.bench, self._mode
         assert bench.power is not None
         off = bench.power.off()
-        life = self._end_life(off.began_at)
-        if life is not None and mode == "commissioning":
+        self._end_life(off.began_at)
+        if mode == "commissioning":
             if any(failures(self.found)):
                 raise LeftOpen("what it took for its parameters is not known any more")
+            life = self._life()
             (before,) = self._candidates
             store_ns = self.limits.store_ns
             self._candidates = stored(before, life.requests, life.echoes, off.when, store_ns)
@@ -220,7 +212,7 @@ class Player:
         if len(self._candidates) > 1:
             self._identify()
         (own,) = self._candidates
-        self._tune(own.bit_rate)
+        bench.tune(own.bit_rate)
         if own != bench.parameters:
             bench.renewed(own, off=True)
         self._own = own
@@ -267,20 +259,13 @@ class Player:
             raise NotRun(why)
         if len(self._candidates) > 1:
             self._identify()
-        self._tune(COMMISSIONING_RATE)
+        bench.tune(COMMISSIONING_RATE)
         self._begin_life("commissioning")
         on = bench.power.on()
         self._ready_at = on.ended_at + self.limits.boot_up_ns
         bench.wait(self.limits.boot_up_ns)
 
     # The bus.
-
-    def _tune(self, bit_rate: int) -> None:
-        if bit_rate == self.bench.stage.bit_rate:
-            return
-        if self.bench.bitrate is None:
-            raise NotRun(f"bench {self.bench.stage.name!r} cannot change its bit rate")
-        self.bench.bitrate.set(bit_rate)
 
     def _rate(self, what: str) -> None:
         """The tester at another rate: nobody hears anybody; keys are not judged across that."""
@@ -289,7 +274,7 @@ class Player:
             return
         if self._judged_until is None:
             self._judged_until = self.bench.now()
-        self._tune(rate)
+        self.bench.tune(rate)
 
     def _device_rate(self) -> int:
         if self._mode == "commissioning" or self._own is None:
@@ -303,14 +288,23 @@ class Player:
         else:
             self.bench.end_load()
 
-    def _post(self, frame: Frame) -> None:
-        """Queue a frame, if there is anybody who would acknowledge it."""
+    def _post(self, frame: Frame) -> bool:
+        """Queue a frame; False where there is nobody who would acknowledge it.
+
+        Raises:
+            LeftOpen: where a reset with these keys held leads to is left to the maker.
+        """
         if not self._mode or self.bench.stage.bit_rate != self._device_rate():
-            return
+            return False
+        if self._mode == "operation" and self.bench.start_mode() != "regular":
+            own = self.node_id
+            if (cobs.nmt_for(frame, own) or cobs.long_nmt_for(frame, own)) in cobs.RESETS:
+                raise LeftOpen("both commissioning keys are held at a reset (COM-28)")
         try:
             self.bench.post(frame)
         except FrameNotCarried as error:
             raise NotRun(str(error)) from None
+        return True
 
     @property
     def begun(self) -> bool:
@@ -327,14 +321,12 @@ class Player:
         own = self.node_id
         ids = {"own": own, "all": 0, "other": own % 15 + 1, "alike": own + 16}
         frame = nmt_frame(command, ids[to])
-        hears = self._mode == "operation" and self.bench.stage.bit_rate == self._device_rate()
-        if command in RESETS and to in {"own", "all"} and hears:
-            self._reset(frame)
-        else:
-            self._post(frame)
+        sent_from = len(self.bench.trace)
+        heard = self._post(frame)
+        if command in cobs.RESETS and to in {"own", "all"} and heard and self._mode == "operation":
+            self._await_boot_up(self.bench.await_own(frame, sent_from))
 
-    def _reset(self, frame: Frame) -> None:
-        sent: Seen = self.bench.send(frame)
+    def _await_boot_up(self, sent: Seen) -> None:
         self.bench.expect(
             matchers.boot_up(self.node_id),
             after=sent,
@@ -351,8 +343,8 @@ class Player:
             frame = Frame(
                 frame.can_id + self.node_id, frame.data, frame.remote, frame.extended, frame.dlc
             )
-        self._post(frame)
-        self._origin.littered()
+        if self._post(frame):
+            self._origin.littered()
 
     def _request(self, what: str) -> None:
         if self._mode == "commissioning" and self.bench.stage.bit_rate == COMMISSIONING_RATE:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from hil_tests.api import Bench, Interval, Moment, Nmt, Seen, State, cobs, matchers
+from hil_tests.api import Bench, Interval, Moment, Nmt, Seen, State, cobs
 from hil_tests.clock import FOREVER
 from hil_tests.judge.echoes import Echo, Request
 from hil_tests.judge.keys import Edge, Report, Turn
@@ -16,7 +16,6 @@ from hil_tests.judge.lights import Chance, Event, Leave, Look, Restart, Write
 from hil_tests.judge.starts import Emergency, Start
 from hil_tests.trace import BusEvent, EventKind
 
-RESETS = (Nmt.RESET_NODE, Nmt.RESET_COMMUNICATION)
 LOSSES = (EventKind.BUS_OFF, EventKind.OVERFLOW, EventKind.GAP, EventKind.DOWN)
 _NOT_YET = (State.STARTING, State.OFF, State.COMMISSIONING)
 
@@ -35,7 +34,6 @@ class Life:
         self._bench = bench
         self._node_id = node_id
         self._limits = bench.profile.limits
-        self._boot_up = matchers.boot_up(node_id)
         self._deaf_until = -1
         self._written_at = -FOREVER
         self._full = False
@@ -187,7 +185,7 @@ class Life:
             return
         self._disturbed(seen.at)
         self._darkens(perhaps, seen.at, certain=command is not None)
-        if command in RESETS:
+        if command in cobs.RESETS:
             self._full = command is Nmt.RESET_NODE and self._hears(seen.at)
             self._start(seen.when, self._limits.command_ns)
         elif command is not None and self.turns:
@@ -200,7 +198,7 @@ class Life:
     def _darkens(self, command: Nmt, at: int, *, certain: bool) -> None:
         settled = at - self._written_at > self._limits.led_ns
         self._written_at = at
-        if command in RESETS:
+        if command in cobs.RESETS:
             sure = certain and settled and self._hears(at)
             self.lights.append(Restart(Chance.SURE if sure else Chance.PERHAPS))
         elif command is not Nmt.START:

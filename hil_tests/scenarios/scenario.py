@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import NamedTuple
 
+from hil_tests.api import cobs
 from hil_tests.clock import MS, US, S, parse_span
 from hil_tests.scenarios import words
 from hil_tests.scenarios.words import WORDS, Word
@@ -87,14 +88,17 @@ class Scenario:
     @property
     def needs(self) -> frozenset[str]:
         """Facilities that a bench must have for it, by the names of the fixtures."""
-        words = {WORDS[step.verb] for step in self.steps}
-        needs = {name for word in words for name in word.needs}
+        needs = {name for step in self.steps for name in WORDS[step.verb].needs}
         return frozenset(needs | ({"power"} if self.begin == "off" else set()))
 
     @property
     def writes(self) -> bool:
-        """Whether it may change what the device has stored."""
-        return any(WORDS[step.verb].writes for step in self.steps)
+        """Whether it may change what the device has stored; a faulty one may take any 4F8h."""
+        return any(
+            WORDS[verb].writes
+            or (verb == "send" and words.sent(what).frame.can_id == cobs.COMMISSION)
+            for _, verb, what in self.steps
+        )
 
     @property
     def disturbs(self) -> bool:

@@ -22,6 +22,9 @@ COMMANDS = {
 TO = ("own", "all", "other", "alike")
 """The device, everybody, its neighbour, and one whose id ends in the same four bits."""
 
+MOST_NODE_ID = 127
+"""CiA 301."""
+
 OWN_RATE = 0
 """The bit rate at which the device runs."""
 
@@ -99,7 +102,10 @@ class Sent(NamedTuple):
 @lru_cache(_READ)
 def sent(text: str) -> Sent:
     """The frame of a step "send"."""
-    return Sent(frame_of(text.removeprefix("+")), text.startswith("+"))
+    frame, relative = frame_of(text.removeprefix("+")), text.startswith("+")
+    if relative:
+        Frame(frame.can_id + MOST_NODE_ID, extended=frame.extended)  # refuses what does not fit
+    return Sent(frame, relative)
 
 
 def frame_of(text: str) -> Frame:

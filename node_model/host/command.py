@@ -49,7 +49,11 @@ def arguments() -> argparse.ArgumentParser:
     add("--eds", help="EDS file of a generic device")
     add("--mutant", help="host a named faulty model")
     add("--storage", type=Path, help="file that keeps commissioned parameters")
-    add("--leash", action="store_true", help="end when standard input ends: for who starts it")
+    add(
+        "--leash",
+        action="store_true",
+        help="end with standard input, so as not to outlive who starts it",
+    )
     add("--control", help="serve the bench control protocol: tcp:HOST:PORT or unix:PATH")
     return parser
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import shlex
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -12,6 +15,7 @@ from hil_tests.explore.lab import Lab
 from hil_tests.scenarios.corpus import Stored, parsed, written
 from hil_tests.scenarios.scenario import scenario
 from node_model.faults import MUTANTS
+from tests.run.harness import ROOT, heeding_interrupts
 
 Output = pytest.CaptureFixture[str]
 PRESS = "operational: 60ms keys 1; 200ms wait"
@@ -174,3 +178,25 @@ def test_distil_reads_the_file_first(tmp_path: Path, capsys: Output) -> None:
     assert cli.main(["distil", str(file), "--mutant", "entry-frame-missing"]) == 4
     assert "scenario 1: 'play' is missing" in capsys.readouterr().err
     assert file.read_text("utf-8") == '[[scenario]]\nname = "a"\n'
+
+
+@pytest.mark.slow
+def test_what_was_found_stands_when_exploring_is_interrupted() -> None:
+    """Ctrl-C ends it with status 2, the closing line, and no word of Python's."""
+    command = [sys.executable, "-m", "hil_tests.cli", "explore", "--for=10min", "--jobs=2"]
+    command += ["--mutant=entry-frame-missing", "--family=keys"]
+    with (
+        heeding_interrupts(),
+        subprocess.Popen(
+            command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        ) as process,
+    ):
+        assert process.stdout is not None
+        head, found = process.stdout.readline(), process.stdout.readline()
+        process.send_signal(signal.SIGINT)
+        rest, errors = process.communicate(timeout=60)
+    assert head.startswith("seed 0; the same again: ")
+    assert found.startswith("KEY-01: ")
+    assert process.returncode == 2
+    assert " scenarios (" in rest
+    assert "Traceback" not in errors

@@ -34,9 +34,6 @@ def test_every_scenario_is_played_on_a_fresh_device() -> None:
     outcomes = [lab.play(each) is not None for each in (scenario(FAULT), quiet, scenario(FAULT))]
     assert outcomes == [True, False, True]
     assert lab.played == 3
-    findings = list(lab.hunt(iter([quiet, scenario(FAULT)])))
-    assert findings[0] is None
-    assert findings[1] is not None
 
 
 def test_models_and_profiles_that_are_none(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
@@ -139,3 +140,13 @@ def judge_apart(folder: Path, body: str, *options: str, **extra: str) -> Judged:
         timeout=120,
     )
     return Judged(done.returncode, done.stdout + done.stderr, folder / "reports")
+
+
+@contextmanager
+def heeding_interrupts() -> Iterator[None]:
+    """Programs started meanwhile take SIGINT, even where we run in the background of a shell."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -16,7 +16,14 @@ from hil_tests.reporting.pcapng import read_pcapng
 from hil_tests.reporting.results_reader import load_results
 from tests.drivers.peers import answer, scripted
 from tests.host.test_process import free_channel
-from tests.run.harness import PREAMBLE, Judged, command, environment, judge_apart
+from tests.run.harness import (
+    PREAMBLE,
+    Judged,
+    command,
+    environment,
+    heeding_interrupts,
+    judge_apart,
+)
 from tests.run.test_broken_bench import desk
 
 pytestmark = pytest.mark.slow
@@ -43,16 +50,6 @@ def test_in_the_middle(bench, power):
 def test_never_reached(bench):
     pass
 """
-
-
-@contextmanager
-def heeding_interrupts() -> Iterator[None]:
-    """Programs started meanwhile take SIGINT, even where we run in the background of a shell."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 @contextmanager

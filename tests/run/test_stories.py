@@ -184,6 +184,13 @@ def test_ten_minutes_are_the_usual_budget() -> None:
     assert sum(each.cost_ns for each in played if not is_timed(each)) <= board().budget_ns
 
 
+def test_a_scenario_that_was_asked_for_is_played_whatever_it_takes() -> None:
+    """Only a budget that was given keeps it from being played, not the usual one."""
+    hour = "operational: 3600s wait"
+    assert skipped(stories.parameters(board(can_scenario=[hour]))) == {}
+    assert skipped(stories.parameters(board(can_scenario=[hour], can_budget="10min")))
+
+
 def test_what_a_bench_cannot_play_takes_no_time_from_others() -> None:
     """It is left to its own reason, and has no share in the budget."""
     bare = replace(board(can_scenario=[PRESS, STOP], can_budget="6s"), facilities=())

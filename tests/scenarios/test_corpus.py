@@ -15,7 +15,6 @@ from hil_tests.scenarios.corpus import (
     choose,
     claims_of,
     is_timed,
-    needs,
     parsed,
     stored,
     written,
@@ -188,7 +187,6 @@ def test_telling_ones_come_first() -> None:
 
 def test_what_an_entry_needs() -> None:
     """Facilities by its verbs, and a wire with bit times for a load."""
-    assert needs(entry("a")) == {"keys"}
     assert not is_timed(entry("a"))
     assert is_timed(entry("a", play="operational: 0ms load 60% high"))
 

@@ -131,16 +131,19 @@ def test_what_follows_from_another_reading_is_not_judged() -> None:
 @pytest.mark.parametrize(
     ("text", "lack"),
     [
-        ("off: 0ms power on", "power"),
-        ("operational: 0ms keys 1", "keys"),
-        ("operational: 0ms look", "leds"),
-        ("operational: 0ms rate 500000", "bitrate"),
+        ("off: 0ms power on", "Power"),
+        ("operational: 0ms keys 1", "Keys"),
+        ("operational: 0ms look", "Leds"),
+        ("operational: 0ms rate 500000", "BitRate"),
     ],
 )
 def test_what_the_bench_lacks_is_said_before_anything_is_done(text: str, lack: str) -> None:
-    """The refusal names the bench and what it has not."""
-    bench, stage = bench_of(without=[lack])
-    with pytest.raises(NotRun, match=f"bench 'desk' has no {lack}"):
+    """The refusal names the bench, what it has not, and the section that adds it."""
+    section = lack.lower()
+    bench, stage = bench_of(without=[section])
+    with pytest.raises(
+        NotRun, match=rf"bench 'desk' has no {lack}; add \[{section}\] to its file"
+    ):
         Player(bench).begin(scenario(text))
     assert stage.asked == []
     assert not stage.port.sent
@@ -330,3 +333,21 @@ def test_a_device_that_cannot_be_brought_to_the_beginning_is_blamed_for_that() -
     bench = _Stubborn(lab.bench.stage, lab.bench.profile, lab.bench.home)
     bench.begin()
     assert [each.requirement for each in play(bench, scenario(LITTLE))] == ["COM-02"]
+
+
+@pytest.mark.parametrize(
+    "reset", ["nmt reset-node", "nmt reset-communication all", "send 000#8206", "nmt 81"]
+)
+def test_where_a_reset_with_both_keys_held_leads_is_left_open(reset: str) -> None:
+    """Such a reset is not sent, and what was played before it is judged (COM-28)."""
+    text = f"operational node_id=6: 60ms keys 11; 300ms {reset}; 100ms nmt start"
+    for model in (None, "commissions-after-reset", "commissions-with-more-keys"):
+        assert broken(text, model) == frozenset(), model
+    assert "KEY-05" in broken(text, "debounce-too-short")
+
+
+def test_a_reset_with_one_of_both_keys_held_is_played() -> None:
+    """Nothing is left open there."""
+    text = "operational: 0ms keys 1; 300ms nmt reset-node"
+    assert broken(text) == frozenset()
+    assert "NMT-06" in broken(text, "ignores-reset-node")

@@ -134,6 +134,8 @@ def test_what_it_tells_of_itself() -> None:
     whole = scenario("off: 0ms request 06; 0ms look; 0ms rate own")
     assert whole.needs == {"power", "keys", "leds", "bitrate"}
     assert whole.writes
+    assert scenario("operational: 0ms send 4F8#060200320001").writes
+    assert not scenario("operational: 0ms send 4F9#060200320001").writes
 
 
 def test_pulses_of_a_scenario() -> None:

@@ -63,7 +63,15 @@ def test_commands_that_are_none(text: str) -> None:
 def test_frames_are_written_as_candump_writes_them(text: str, meant: Frame) -> None:
     """Three digits for 11 bits, eight for 29; R and a length for a remote frame; _ for a DLC."""
     assert words.sent(text) == Sent(meant, relative=False)
-    assert words.sent(f"+{text}") == Sent(meant, relative=True)
+
+
+@pytest.mark.parametrize(
+    ("most", "beyond"), [("+780#11", "+781#11"), ("+1FFFFF80#", "+1FFFFF81#"), ("+000#R", "+7FF#")]
+)
+def test_a_node_id_is_added_where_it_fits(most: str, beyond: str) -> None:
+    """With every node id, up to 127, the identifier is one."""
+    assert words.sent(most) == Sent(words.frame_of(most[1:]), relative=True)
+    refused("send", beyond)
 
 
 @pytest.mark.parametrize(
