@@ -17,7 +17,7 @@ def test_everything_holds_on_a_real_vcan() -> None:
     """All of `guest_checks`; what they measured is in the output."""
     done = subprocess.run(
         [sys.executable, "-m", "hil_tests.vm", "--compile", "hil_tests", "--compile", "node_model",
-         "--", sys.executable, "tests/bus/guest_checks.py"],
+         "--", sys.executable, "-m", "tests.bus.guest_checks"],
         cwd=ROOT,
         capture_output=True,
         text=True,

@@ -17,6 +17,23 @@ from node_model.world import Controller, Mailbox, World
 Request = tuple[int, Frame]
 """When, in ns, and what."""
 
+BIT = 8000
+"""A bit at 125 kbit/s, in ns."""
+
+BEAT = Frame(0x701, b"\x05")
+DEVICE = frozenset((0x701, 0x081, 0x181, 0x581))
+"""What the device under test sends."""
+
+
+def of_device(frame: Frame) -> bool:
+    """Whether the device under test sends it."""
+    return frame.can_id in DEVICE
+
+
+def clock_125() -> CausalClock:
+    """A clock for 125 kbit/s that knows the device."""
+    return CausalClock(BIT, of_device)
+
 
 class Script:
     """A station that asks for frames at given instants.
