@@ -60,8 +60,8 @@ def _add_mutant(parser: argparse.ArgumentParser) -> None:
 def explore(parser: argparse.ArgumentParser, words: Sequence[str]) -> int:
     """Walk through scenarios in virtual time, and print one line for each finding."""
     parser.description = (
-        "Play made-up scenarios on the bundled model in virtual time, on every core, judged by"
-        " every oracle there is. Each finding is one line that plays again anywhere."
+        "Play made-up scenarios on the bundled model in virtual time, on every core, judged by\n"
+        "every oracle there is. Each finding is one line that plays again anywhere."
     )
     parser.add_argument(
         "--for", dest="span", type=_span, default=60.0, metavar="TIME",
@@ -72,9 +72,13 @@ def explore(parser: argparse.ArgumentParser, words: Sequence[str]) -> int:
         "--jobs", type=int, default=cores(), help="worker processes (default: the cores)"
     )
     parser.add_argument(
-        "--family", action="append", default=[], choices=sorted(FAMILIES),
-        help="only this kind of scenario; may be repeated",
+        "--family", action="append", default=[], choices=sorted(FAMILIES), metavar="KIND",
+        help="only this kind of scenario (see below); may be repeated",
     )  # fmt: skip
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.epilog = "kinds of scenarios:\n" + "\n".join(
+        f"  {name:12s}{family.about}" for name, family in FAMILIES.items()
+    )
     _add_profile(parser)
     _add_mutant(parser)
     options = parser.parse_args(words)

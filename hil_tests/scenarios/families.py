@@ -22,6 +22,7 @@ class Family(NamedTuple):
     """A kind of scenario.
 
     Args:
+        about: what happens in its scenarios, for people.
         begin: where its scenarios begin.
         givens: what the device is commissioned to, one of these.
         actions: what may be done, see `grammar.Teller`.
@@ -32,6 +33,7 @@ class Family(NamedTuple):
         walk: how many actions a walk has in between.
     """
 
+    about: str
     begin: str
     givens: tuple[Given, ...]
     actions: tuple[str, ...]
@@ -225,11 +227,15 @@ _QUICK = _givens(heartbeat_ms=(50, 20, 100, 30), node_id=(6, 15, 1), debounce=(1
 _SHORT = _givens(heartbeat_ms=(10, 20, 10), node_id=(6, 15), debounce=(0, 1))
 
 FAMILIES: Mapping[str, Family] = {
-    "keys": Family("operational", _PANEL, FLIPS, near_limits, 8),
+    "keys": Family(
+        "keys that bounce near the debounce time",
+        "operational", _PANEL, FLIPS, near_limits, 8),
     "comings": Family(
+        "the same, while the node leaves and enters operational",
         "operational", _PANEL, (*FLIPS, *WAYS, *WAYS[:2], _RESETS[0]), near_limits, 8
     ),
     "commands": Family(
+        "NMT commands to anybody, and frames that look like some",
         "pre-operational",
         _QUICK,
         (*WAYS, *WAYS, *_RESETS, *STRANGE_NMT, "flip 1"),
@@ -237,6 +243,7 @@ FAMILIES: Mapping[str, Family] = {
         8,
     ),
     "starts": Family(
+        "power cycles and resets, keys held or not",
         "off",
         _QUICK,
         ("cycle", *WAYS[:3], *_RESETS, *FLIPS[:5], "led FF", "look"),
@@ -245,6 +252,7 @@ FAMILIES: Mapping[str, Family] = {
         ("cycle",),
     ),
     "lights": Family(
+        "LED frames of every kind, and looks at the LEDs",
         "operational",
         _QUICK,
         (*LED_MAPS, *_STRANGE_MAPS, *WAYS[:3], *_RESETS[:2], "look", "look", "look", "flip 1"),
@@ -252,6 +260,7 @@ FAMILIES: Mapping[str, Family] = {
         3,
     ),
     "waits": Family(
+        "everything but a valid request to a node that waits to be commissioned",
         "off",
         _QUICK,
         (*_BAD_REQUESTS, *_BAD_REQUESTS, *_BUSY, *NOISE, *FLIPS[2:4], "flip 1", *REQUESTS[:3]),
@@ -261,6 +270,7 @@ FAMILIES: Mapping[str, Family] = {
         _REVEALS,
     ),
     "echoes": Family(
+        "one request, and everything else while it is echoed",
         "off",
         _QUICK,
         (*REQUESTS, *_BAD_REQUESTS, *_BUSY, *_BUSY, *NOISE[:32], *FLIPS[:4], "wait"),
@@ -270,6 +280,7 @@ FAMILIES: Mapping[str, Family] = {
         _REVEALS,
     ),
     "memories": Family(
+        "commissioned again and again, cut off while it stores",
         "off",
         (*_QUICK, *_PANEL[:2]),
         (
@@ -287,6 +298,7 @@ FAMILIES: Mapping[str, Family] = {
         _REVEALS,
     ),
     "spans": Family(
+        "the longest heartbeats and debounce times",
         "off",
         _QUICK,
         ("linger", "flip 1", "nmt start", "flip 10", "wait", *LONG_SPANS),
@@ -296,6 +308,7 @@ FAMILIES: Mapping[str, Family] = {
         ("flip 1", "linger", "flip 1", "linger"),
     ),
     "noise": Family(
+        "garbage of every identifier, length and type",
         "operational",
         _QUICK,
         (*NOISE, *_BUSY, *WAYS[:3], *FLIPS[:3], *REQUESTS, "cycle", *(("flood",) * 6)),
@@ -304,6 +317,7 @@ FAMILIES: Mapping[str, Family] = {
         closing=_REVEALS,
     ),
     "loads": Family(
+        "a busy bus",
         "operational",
         _QUICK,
         (*_LOADS, "load off", "load off", *FLIPS[:5], *WAYS[:3]),
@@ -311,6 +325,7 @@ FAMILIES: Mapping[str, Family] = {
         1,
     ),
     "long": Family(
+        "little happens for a long time",
         "operational",
         _SHORT,
         ("wait", "wait", *FLIPS[:2], "flip 11", "nmt stop", "nmt start", "led 01", "look"),
@@ -319,6 +334,7 @@ FAMILIES: Mapping[str, Family] = {
         walk=6,
     ),
     "rates": Family(
+        "the tester at other bit rates",
         "operational",
         _QUICK,
         ("rate 500000", "rate 20000", "rate own", "rate own", *FLIPS[:3], *WAYS[:3], "cycle"),
@@ -326,6 +342,7 @@ FAMILIES: Mapping[str, Family] = {
         2,
     ),
     "everything": Family(
+        "all of these",
         "operational",
         (*_QUICK, *_PANEL),
         (

@@ -150,28 +150,32 @@ def _given(parts: Iterable[str]) -> Iterator[tuple[str, int]]:
 
 
 def _step(text: str) -> Step:
-    span, verb, *what = text.split(maxsplit=2)[:3] if len(text.split()) > 1 else (text, "")
-    if not verb:
-        raise ValueError(f"step {text.strip()!r}: write when and what, e.g. 20ms keys 1")
     try:
-        after_ns = parse_span(span)
+        return _read_step(text)
     except ValueError as error:
         raise ValueError(f"step {text.strip()!r}: {error}") from None
+
+
+def _read_step(text: str) -> Step:
+    span, verb, *what = text.split(maxsplit=2)[:3] if len(text.split()) > 1 else (text, "")
+    if not verb:
+        raise ValueError("write when and what, e.g. 20ms keys 1")
+    after_ns = parse_span(span)
     if after_ns > LONGEST_NS:
-        raise ValueError(f"step {text.strip()!r}: a step waits an hour at most")
+        raise ValueError("a step waits an hour at most")
     _known(verb, WORDS, "verb")
     argument = " ".join(what[0].split()) if what else ""
-    _fits(WORDS[verb], verb, argument)
+    _fits(WORDS[verb], argument)
     return Step(after_ns, verb, argument)
 
 
-def _fits(word: Word, verb: str, what: str) -> None:
+def _fits(word: Word, what: str) -> None:
     """Refuse what a verb cannot act on."""
     try:
         word.read(what)
     except (ValueError, KeyError, IndexError) as error:
         hint = f" ({error})" if isinstance(error, ValueError) and error.args else ""
-        raise ValueError(f"step {verb} {what!r}: {word.form}{hint}") from None
+        raise ValueError(f"write {word.form}{hint}") from None
 
 
 def _known(name: str, names: Iterable[str], kind: str) -> None:

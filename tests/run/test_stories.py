@@ -61,7 +61,7 @@ def test_given_scenarios_that_are_none(pytester: pytest.Pytester) -> None:
     """Exit status 4, all of them at once, each with what would be right."""
     pytester.makeconftest(CONFTEST)
     wrong = {
-        "operational: 60ms kays 1": "unknown verb 'kays'; there is keys",
+        "operational: 60ms kays 1": "step '60ms kays 1': unknown verb 'kays'; there is keys",
         "opertional: 60ms keys 1": "unknown beginning 'opertional'; there is operational",
         "60ms keys 1": "a scenario is BEGINNING NAME=VALUE...: STEP; STEP...",
         "": "a scenario is BEGINNING",

@@ -106,7 +106,7 @@ def test_every_error_is_told_at_once() -> None:
     lines = str(caught.value).splitlines()
     assert all(line.startswith("some.toml: ") for line in lines)
     for said in (
-        "scenario 1: unknown verb 'kays'; there is keys",
+        "unknown verb 'kays'; there is keys",
         "scenario 2: 'name' is missing",
         "scenario 3: 'play' is missing",
         "scenario 4: 4 is no text",

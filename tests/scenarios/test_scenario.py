@@ -96,11 +96,11 @@ def test_spans_may_be_written_in_any_unit() -> None:
         ("off: 3601s wait", "step '3601s wait': a step waits an hour at most"),
         ("off: 0ms kays 1", "unknown verb 'kays'; there is keys"),
         ("off: 0ms sleep", "unknown verb 'sleep'; there is"),
-        ("off: 0ms keys", "step keys '': keys BITS"),
-        ("off: 0ms keys 12", "step keys '12': keys BITS"),
+        ("off: 0ms keys", "step '0ms keys': write keys BITS"),
+        ("off: 0ms keys 12", "step '0ms keys 12': write keys BITS"),
         ("off: 0ms keys " + 65 * "1", "a keypad has 64 keys at most"),
-        ("off: 0ms wait; 0ms nmt halt", "step nmt 'halt': nmt COMMAND"),
-        ("off: 0ms wait for it", "step wait 'for it': wait: nothing is done"),
+        ("off: 0ms wait; 0ms nmt halt", "step '0ms nmt halt': write nmt COMMAND"),
+        ("off: 0ms wait for it", "step '0ms wait for it': write wait: nothing is done"),
     ],
 )
 def test_wrong_text_is_explained(text: str, said: str) -> None:

@@ -13,7 +13,7 @@ from node_model.frame import Frame
 
 def refused(verb: str, text: str) -> None:
     """A step with that argument is explained, with the form of its verb."""
-    with pytest.raises(ValueError, match=f"^step {verb} ") as caught:
+    with pytest.raises(ValueError, match=f"^step '0ms {verb}\\b") as caught:
         scenario(f"off: 0ms {verb} {text}")
     assert WORDS[verb].form in str(caught.value)
 
