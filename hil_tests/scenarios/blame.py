@@ -62,4 +62,4 @@ def _restarted(bench: Bench, node_id: int, at: int) -> bool:
     trace = bench.trace
     index = min(trace.index_at(at), len(trace) - 1)
     frame = trace.frame(index).frame
-    return frame.can_id == cobs.ERROR_CONTROL + node_id and frame.data == b"\x00"
+    return frame.can_id == cobs.ERROR_CONTROL + node_id and frame.data == BOOT_UP
