@@ -1,0 +1,137 @@
+"""The object dictionary: what SDO and PDO read and write, and who is told.
+
+Laws: every change goes through `write` (a client's, with all checks) or `put` (the
+device's own, unchecked); a refused write changes nothing. A guard can refuse a client's
+value before it is taken; an observer is told after it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from node_model.od.abort import AbortCode, SdoAbort
+from node_model.od.entry import Entry
+
+Guard = Callable[[int, bytes], None]
+"""Called with sub-index and bytes before a client's write; raises SdoAbort to refuse."""
+
+Observer = Callable[[int, int], None]
+"""Called with sub-index and instant after a client's write was taken."""
+
+
+def key_of(index: int, sub: int) -> int:
+    """The key of an entry in `ObjectDictionary.entries`."""
+    return index << 8 | sub
+
+
+class ObjectDictionary:
+    """Entries by index and sub-index.
+
+    Args:
+        entries: in any order; their values are theirs from now on.
+    """
+
+    def __init__(self, entries: Iterable[Entry]) -> None:
+        self.entries: dict[int, Entry] = {key_of(e.index, e.sub): e for e in entries}
+        self.indices: frozenset[int] = frozenset(e.index for e in self.entries.values())
+        self._guards: dict[int, list[Guard]] = {}
+        self._observers: dict[int, list[Observer]] = {}
+
+    # What the device itself does.
+
+    def __contains__(self, index: int) -> bool:
+        return index in self.indices
+
+    def has(self, index: int, sub: int = 0) -> bool:
+        """Whether there is such an entry."""
+        return key_of(index, sub) in self.entries
+
+    def get(self, index: int, sub: int = 0) -> bytes:
+        """The bytes of an entry that must be there."""
+        return self.entries[key_of(index, sub)].value
+
+    def put(self, index: int, sub: int, data: bytes) -> None:
+        """Set an entry that must be there; nobody is asked or told."""
+        self.entries[key_of(index, sub)].value = data
+
+    def number(self, index: int, sub: int = 0, default: int = 0) -> int:
+        """An integer entry; `default` where there is none."""
+        entry = self.entries.get(key_of(index, sub))
+        if entry is None:
+            return default
+        return int(entry.data_type.unpack(entry.value))
+
+    def put_number(self, index: int, sub: int, value: float) -> None:
+        """Set a numeric entry that must be there; nobody is asked or told."""
+        entry = self.entries[key_of(index, sub)]
+        entry.value = entry.data_type.pack(value)
+
+    def guard(self, index: int, guard: Guard) -> None:
+        """Ask `guard` before a client writes any sub-index of `index`."""
+        self._guards.setdefault(index, []).append(guard)
+
+    def observe(self, index: int, observer: Observer) -> None:
+        """Tell `observer` after a client wrote any sub-index of `index`."""
+        self._observers.setdefault(index, []).append(observer)
+
+    # What a client may do.
+
+    def find(self, index: int, sub: int) -> Entry:
+        """The entry that a client names.
+
+        Raises:
+            SdoAbort: no such object, or no such sub-index.
+        """
+        entry = self.entries.get(key_of(index, sub))
+        if entry is None:
+            known = index in self.indices
+            raise SdoAbort(AbortCode.NO_SUB_INDEX if known else AbortCode.NO_OBJECT)
+        return entry
+
+    def read(self, index: int, sub: int) -> bytes:
+        """What a client's upload gets.
+
+        Raises:
+            SdoAbort: no such entry, or it is write-only.
+        """
+        entry = self.find(index, sub)
+        if not entry.access.readable:
+            raise SdoAbort(AbortCode.WRITE_ONLY)
+        return entry.value
+
+    def write(self, index: int, sub: int, data: bytes, now: int) -> None:
+        """What a client's download does.
+
+        Raises:
+            SdoAbort: no such entry, read-only, wrong length, out of range, or refused by a
+                guard; nothing has changed then.
+        """
+        entry = self.find(index, sub)
+        if not entry.access.writable:
+            raise SdoAbort(AbortCode.READ_ONLY)
+        _check_length(entry, data)
+        _check_range(entry, data)
+        for guard in self._guards.get(index, ()):
+            guard(sub, data)
+        entry.value = data
+        for observer in self._observers.get(index, ()):
+            observer(sub, now)
+
+
+def _check_length(entry: Entry, data: bytes) -> None:
+    size = entry.data_type.size
+    most = size or entry.most
+    if most and len(data) > most:
+        raise SdoAbort(AbortCode.TOO_LONG)
+    if size and len(data) < size:
+        raise SdoAbort(AbortCode.TOO_SHORT)
+
+
+def _check_range(entry: Entry, data: bytes) -> None:
+    if entry.low is None and entry.high is None:
+        return
+    value = entry.data_type.unpack(data)
+    if entry.high is not None and value > entry.high:
+        raise SdoAbort(AbortCode.TOO_HIGH)
+    if entry.low is not None and value < entry.low:
+        raise SdoAbort(AbortCode.TOO_LOW)

@@ -1,0 +1,75 @@
+"""The contract of a communication service of a CiA 301 device, and what it needs of others.
+
+A device is an object dictionary, an NMT slave and a row of services. Each service keeps
+the laws of a node (`node_model.node`): it is told the time, returns the frames to send,
+and says when it wants to be called next. It reads its settings from the object
+dictionary, guards the objects that it owns, and observes their changes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from node_model.frame import Frame
+from node_model.nmt import NmtState
+from node_model.node import Frames
+
+
+class Service(Protocol):
+    """One communication service."""
+
+    def listens_to(self) -> frozenset[int]:
+        """Base identifiers of the frames it wants to receive, as it is set up now.
+
+        Asked again after each SDO download and each reset.
+        """
+
+    def start(self, now: int) -> Frames:
+        """The device has initialised its communication (power-on, reset node, 82h).
+
+        All settings are read anew. Called before the boot-up frame is queued; what is
+        returned follows the boot-up. The state is pre-operational.
+        """
+
+    def enter(self, state: NmtState, now: int) -> Frames:
+        """The NMT state has changed to `state`, which is not INITIALISING."""
+
+    def receive(self, frame: Frame, now: int) -> Frames:
+        """A base frame (data or remote) with an identifier of `listens_to` ended at `now`."""
+
+    def advance(self, now: int) -> Frames:
+        """Whatever is due by now, oldest first."""
+
+    def deadline(self) -> int | None:
+        """When `advance` must be called next, or None."""
+
+    def stop(self) -> None:
+        """Supply or communication is gone: nothing is due any more."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """An error that a device can have (CiA 301 4.2.0, 7.2.7.1).
+
+    Args:
+        code: emergency error code, e.g. 8130h.
+        register: the bits of 1001h that it sets besides bit 0 (generic).
+        manufacturer: up to five bytes of the maker, for byte 3 to 7 of the EMCY.
+        communication: it is a communication error, for 1029h:01.
+    """
+
+    code: int
+    register: int = 0
+    manufacturer: bytes = b""
+    communication: bool = False
+
+
+class ErrorHandler(Protocol):
+    """Where services and the application report errors; the EMCY producer is one."""
+
+    def occur(self, cause: str, fault: Fault, now: int) -> Frames:
+        """`cause` now has this fault; one that it has already is not told again."""
+
+    def heal(self, cause: str, now: int) -> Frames:
+        """`cause` is gone; one that was not there is no news."""
