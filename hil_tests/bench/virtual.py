@@ -287,8 +287,8 @@ class Watching(Done[T]):
         self._stage = stage
         self._ends_at = 0
         self._began_at = 0
-        self._start: dict[str, bool] = {}
-        self._last: dict[str, bool] = {}
+        self._start: list[bool] = []
+        self._last: list[bool] = []
         self._found: list[tuple[Interval, str, bool]] = []
 
     def start(self, now: int) -> None:
@@ -296,12 +296,13 @@ class Watching(Done[T]):
         self._began_at = now
         self._ends_at = now + self._after_ns
         self._start = self._lights(now)
-        self._last = dict(self._start)
+        self._last = self._start
         self._look_again(now)
 
-    def _lights(self, now: int) -> dict[str, bool]:
+    def _lights(self, now: int) -> list[bool]:
         device = self._stage.device
-        return {led: device.lit(led, now) for led in device.leds}
+        lit = device.lit
+        return [lit(led, now) for led in device.leds]
 
     def _look_again(self, now: int) -> None:
         """At the next change by itself, or when the model does something."""
@@ -315,15 +316,15 @@ class Watching(Done[T]):
         lights = self._lights(now)
         if lights != self._last:
             when = exactly(now)
-            self._found += [
-                (when, led, lights[led]) for led in lights if lights[led] != self._last[led]
-            ]
+            changes = zip(self._stage.device.leds, lights, self._last, strict=True)
+            self._found += [(when, led, lit) for led, lit, was in changes if lit != was]
             self._last = lights
         self._look_again(now)
         return now >= self._ends_at
 
     def _edges(self) -> LedEdges:
-        return LedEdges(Interval(self._began_at, self._ends_at), self._start, self._found)
+        start = dict(zip(self._stage.device.leds, self._start, strict=True))
+        return LedEdges(Interval(self._began_at, self._ends_at), start, self._found)
 
 
 def _as_an_eye(edges: LedEdges) -> Mapping[str, str]:

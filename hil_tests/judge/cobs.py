@@ -37,6 +37,9 @@ class State(Enum):
     OFF = 0x101
     COMMISSIONING = 0x102
 
+    # Members are singletons; hashing their names, as Enum does, costs more than the sets save.
+    __hash__ = object.__hash__
+
     def __str__(self) -> str:
         return self.name.lower().replace("_", "-")
 

@@ -225,6 +225,8 @@ _LOADS = ("load 60% high", "load 90% high", "load 100% high", "load 60% low", "l
 _PANEL = _givens(debounce=(1, 0, 2, 5, 1, 3), node_id=(6, 1, 15, 6, 10, 8), heartbeat_ms=(1000, 0))
 _QUICK = _givens(heartbeat_ms=(50, 20, 100, 30), node_id=(6, 15, 1), debounce=(1, 0, 2))
 _SHORT = _givens(heartbeat_ms=(10, 20, 10), node_id=(6, 15), debounce=(0, 1))
+_CALM = _givens(heartbeat_ms=(200, 100, 500), node_id=(6, 15, 1), debounce=(1, 0, 2))
+"""Where seconds are spent on looking at LEDs, beats tell nothing new and cost most."""
 
 FAMILIES: Mapping[str, Family] = {
     "keys": Family(
@@ -245,7 +247,7 @@ FAMILIES: Mapping[str, Family] = {
     "starts": Family(
         "power cycles and resets, keys held or not",
         "off",
-        _QUICK,
+        _CALM,
         ("cycle", *WAYS[:3], *_RESETS, *FLIPS[:5], "led FF", "look"),
         _fixed(1, 20, 60, 120, 400),
         3,
@@ -254,7 +256,7 @@ FAMILIES: Mapping[str, Family] = {
     "lights": Family(
         "LED frames of every kind, and looks at the LEDs",
         "operational",
-        _QUICK,
+        _CALM,
         (*LED_MAPS, *_STRANGE_MAPS, *WAYS[:3], *_RESETS[:2], "look", "look", "look", "flip 1"),
         _fixed(0, 5, 60, 700),
         3,
@@ -306,6 +308,7 @@ FAMILIES: Mapping[str, Family] = {
         1,
         ("cycle", "any-long-span", "nmt start"),
         ("flip 1", "linger", "flip 1", "linger"),
+        walk=8,
     ),
     "noise": Family(
         "garbage of every identifier, length and type",
@@ -321,7 +324,7 @@ FAMILIES: Mapping[str, Family] = {
         "operational",
         _QUICK,
         (*_LOADS, "load off", "load off", *FLIPS[:5], *WAYS[:3]),
-        _fixed(1, 12, 60, 130, 400),
+        _fixed(1, 12, 60, 130),
         1,
     ),
     "long": Family(

@@ -7,6 +7,7 @@ start, to initialise after a reset) is waited for, so that a scenario means the 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 
 from hil_tests.api import (
     COMMISSIONING_RATE,
@@ -64,6 +65,7 @@ class Player:
         self.limits = bench.profile.limits
         self._doubts = doubts
         self._batch: list[tuple[int, frozenset[str]]] = []
+        self._order = order_of(bench)
         self._own: Parameters | None = None
         self._candidates: tuple[Parameters, ...] = ()
         self._origin = Origin()
@@ -115,7 +117,7 @@ class Player:
         """
         if step.verb == "keys":
             last = self._batch[-1][0] if self._batch else self.bench.now()
-            self._batch.append((last + step.after_ns, held_by(self.bench, words.mask(step.what))))
+            self._batch.append((last + step.after_ns, held_by(self._order, words.mask(step.what))))
             return
         self._flush()
         self.bench.wait(step.after_ns)
@@ -360,8 +362,8 @@ class Player:
             self.bench.leds.read()
 
 
-def held_by(bench: Bench, mask: int) -> frozenset[str]:
-    """The keys of a scenario's mask.
+def order_of(bench: Bench) -> tuple[str, ...]:
+    """The keys in the order of the bits of a scenario's mask.
 
     Bits 0 and 1 are the commissioning keys, in the order of their bits in the key frame;
     further ones count from the last of the others.
@@ -369,5 +371,10 @@ def held_by(bench: Bench, mask: int) -> frozenset[str]:
     names = bench.keys.names if bench.keys else ()
     special = bench.profile.commissioning_keys
     others = [name for name in names if name not in special]
-    order = (*(name for name in names if name in special), *reversed(others))
+    return (*(name for name in names if name in special), *reversed(others))
+
+
+@lru_cache(maxsize=1024)
+def held_by(order: tuple[str, ...], mask: int) -> frozenset[str]:
+    """The keys of a scenario's mask."""
     return frozenset(name for index, name in enumerate(order) if mask >> index & 1)

@@ -42,10 +42,10 @@ class Lamps:
     def lit(self, led: str, now: int) -> bool:
         """Whether the LED of that name shines at `now`."""
         bit = 1 << self._profile.leds[led]
-        steady, blinking = bool(self.steady & bit), bool(self.blinking & bit)
-        if steady and (self._profile.steady_wins or not blinking):
+        blinking = self.blinking & bit
+        if self.steady & bit and (self._profile.steady_wins or not blinking):
             return True
-        return blinking and self._wave.lit(now)
+        return bool(blinking) and self._wave.lit(now)
 
     def change(self, now: int) -> int | None:
         """The next instant after `now` at which some LED changes by itself."""

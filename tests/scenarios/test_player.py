@@ -13,7 +13,7 @@ from hil_tests.config import Parameters
 from hil_tests.explore.lab import Lab
 from hil_tests.judge.verdict import DeviceFailure, NotRun, Outcome, Verdict
 from hil_tests.scenarios.play import conclude, judge, play
-from hil_tests.scenarios.player import LeftOpen, Player, held_by
+from hil_tests.scenarios.player import LeftOpen, Player, held_by, order_of
 from hil_tests.scenarios.scenario import Step, scenario
 from hil_tests.trace import BusEvent, EventKind, Moment
 from tests.bench.fakes import bench_of
@@ -229,10 +229,10 @@ def test_steps_are_done_when_they_should(bench: Bench) -> None:
 
 def test_masks_choose_keys_from_both_ends(bench: Bench) -> None:
     """Bits 0 and 1 are the commissioning keys, further ones count from the last of the others."""
-    assert held_by(bench, 0b111) == {"on_off", "aut", "k8"}
-    assert held_by(bench, 0b10) == {"aut"}
-    assert held_by(bench, 0b1111_1111) == set(bench.profile.key_bits)
-    assert held_by(bench, 1 << 63) == frozenset()
+    assert held_by(order_of(bench), 0b111) == {"on_off", "aut", "k8"}
+    assert held_by(order_of(bench), 0b10) == {"aut"}
+    assert held_by(order_of(bench), 0b1111_1111) == set(bench.profile.key_bits)
+    assert held_by(order_of(bench), 1 << 63) == frozenset()
 
 
 def test_the_end_waits_for_what_still_must_show(bench: Bench) -> None:
