@@ -63,7 +63,7 @@ def earliest(*instants: int | None) -> int | None:
 
 
 class Panel(Node, Protocol):
-    """A node with keys and LEDs, as a host or a virtual bench handles it."""
+    """A node as a host or a virtual bench handles it: keys, LEDs and errors, where it has them."""
 
     name: str
     keys: tuple[str, ...]
@@ -71,6 +71,9 @@ class Panel(Node, Protocol):
 
     leds: tuple[str, ...]
     """Names of its LEDs, in bit order."""
+
+    faults: tuple[str, ...]
+    """Names of the errors that a bench can raise."""
 
     powered: bool
 
@@ -81,6 +84,13 @@ class Panel(Node, Protocol):
             ValueError: a name that is none of `keys`.
         """
 
+    def fail(self, active: frozenset[str], now: int) -> Frames:
+        """From `now` on exactly these errors exist; power does not end them.
+
+        Raises:
+            ValueError: a name that is none of `faults`.
+        """
+
     def lit(self, led: str, now: int) -> bool:
         """Whether that LED shines at `now` (a function of time between two inputs)."""
 
@@ -89,3 +99,15 @@ class Panel(Node, Protocol):
 
     def image(self) -> bytes:
         """Content of the non-volatile memory; changes only inside the four verbs."""
+
+
+def refuse_strangers(what: str, names: frozenset[str], known: Sequence[str], owner: str) -> None:
+    """Refuse names of keys, LEDs or errors that a device has not.
+
+    Raises:
+        ValueError: names the strangers, and what there is.
+    """
+    strangers = names.difference(known)
+    if strangers:
+        unknown, there = ", ".join(sorted(strangers)), ", ".join(known) or "none"
+        raise ValueError(f"no {what} {unknown}; this {owner} has {there}")

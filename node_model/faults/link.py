@@ -243,7 +243,7 @@ class Link:
 
 
 class PanelLink(Link):
-    """A node with keys and LEDs behind an effect; hands and eyes reach it directly."""
+    """A panel behind an effect; hands and eyes reach it directly."""
 
     def __init__(self, panel: Panel, effect: Effect) -> None:
         self.panel = panel
@@ -251,6 +251,7 @@ class PanelLink(Link):
         self.name = panel.name
         self.keys = panel.keys
         self.leds = panel.leds
+        self.faults = panel.faults
 
     def _tune(self) -> None:
         super()._tune()
@@ -259,6 +260,10 @@ class PanelLink(Link):
     def hold(self, held: frozenset[str], now: int) -> Frames:
         """Exactly these keys are held."""
         return self._say(self.panel.hold(held, now), now)
+
+    def fail(self, active: frozenset[str], now: int) -> Frames:
+        """Exactly these errors exist."""
+        return self._say(self.panel.fail(active, now), now)
 
     def lit(self, led: str, now: int) -> bool:
         """Whether that LED shines."""

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
-from typing import Protocol
+from typing import Any, Protocol
 
 from node_model.faults import limit_variants
 from node_model.faults.mutants import FAULTS
@@ -23,8 +23,8 @@ _WORD = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 class Maker(Protocol):
     """Builds the device."""
 
-    def __call__(self, profile: Profile, image: bytes = b"") -> Panel:
-        """A device with these facts of hardware and this content of its memory."""
+    def __call__(self, profile: Any, image: bytes = b"") -> Panel:
+        """A device with these facts of its kind and this content of its memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,12 +36,14 @@ class Mutant:
         text: the fault in one sentence.
         violates: ids of the requirements it breaks, the plainest first.
         make: builds it.
+        kind: of device.
     """
 
     name: str
     text: str
     violates: tuple[str, ...]
     make: Maker
+    kind: str = "keypad"
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +56,7 @@ class Variant:
         allowed_by: id of the requirement that leaves room for it.
         make: builds it.
         departs: ids of derived requirements whose reading it does not share.
+        kind: of device.
     """
 
     name: str
@@ -61,6 +64,7 @@ class Variant:
     allowed_by: str
     make: Maker
     departs: tuple[str, ...] = ()
+    kind: str = "keypad"
 
 
 def name_of(part: type) -> str:
@@ -87,6 +91,26 @@ VARIANTS: Mapping[str, Variant] = MappingProxyType(
     {name_of(part): _variant(part) for part in (*DEVIATIONS, *limit_variants.DEVIATIONS)}
 )
 
+MODELS: Mapping[str, Mutant | Variant] = MappingProxyType({**MUTANTS, **VARIANTS})
+"""All of them; no name is double."""
+
+
+def find(name: str, kind: str) -> Mutant | Variant:
+    """The mutant or variant of that name and that kind of device.
+
+    Raises:
+        ValueError: there is none; the near misses are named.
+    """
+    found = MODELS.get(name)
+    if found is None:
+        known = [each for each, model in MODELS.items() if model.kind == kind]
+        near = difflib.get_close_matches(name, known)
+        hint = f"did you mean {' or '.join(near)}?" if near else "no name is near it."
+        raise ValueError(f"no mutant or variant {name!r}; {hint}")
+    if found.kind != kind:
+        raise ValueError(f"{name} is a {found.kind}, and the profile is of a {kind}")
+    return found
+
 
 def make(name: str | None, profile: Profile, image: bytes = b"") -> Panel:
     """The right keypad (None), or the mutant or variant of that name.
@@ -96,9 +120,4 @@ def make(name: str | None, profile: Profile, image: bytes = b"") -> Panel:
     """
     if name is None:
         return Keypad(profile, image)
-    found = MUTANTS.get(name) or VARIANTS.get(name)
-    if found is None:
-        near = difflib.get_close_matches(name, [*MUTANTS, *VARIANTS])
-        hint = f"did you mean {' or '.join(near)}?" if near else "no name is near it."
-        raise ValueError(f"no mutant or variant {name!r}; {hint}")
-    return found.make(profile, image)
+    return find(name, profile.kind).make(profile, image)

@@ -18,7 +18,8 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from node_model.host import models
+from node_model import devices
+from node_model.host import memory
 from node_model.host.control import Server
 from node_model.host.loop import Loop
 from node_model.host.verbs import Verbs
@@ -65,12 +66,14 @@ def main(argv: Sequence[str] | None = None, say: Callable[[str], None] = print) 
     if options.eds:
         parser.error("--eds goes with the profile generic; the keypad has no object dictionary")
     try:
-        image = models.read_image(options.storage) if options.storage else None
-        node = models.make_node(options.profile, options.mutant, options.node_id, image)
+        image = memory.read_image(options.storage) if options.storage else None
+        node = devices.make_device(
+            options.profile, model=options.mutant, node_id=options.node_id, image=image
+        )
         with contextlib.closing(open_wire(options.interface, options.channel)) as wire:
             leash = (sys.stdin.fileno(),) if options.leash else ()
             return host(node, wire, options.control, options.storage, say, leash)
-    except (WireError, models.UnknownModelError, ValueError, OSError) as error:
+    except (WireError, ValueError, OSError) as error:
         print(f"node_model: {error}", file=sys.stderr)  # noqa: T201 - a command prints
         return 2
 
@@ -119,7 +122,7 @@ def run(loop: Loop, server: Server | None, stops: Sequence[int], storage: Path |
     while True:
         loop.catch_up()
         if storage and (image := loop.node.image()) != kept:
-            models.write_image(storage, image)
+            memory.write_image(storage, image)
             kept = image
         readable, writable = server.descriptors() if server else ([], [])
         fixed = [*stops] if wire is None else [*stops, wire]

@@ -110,6 +110,10 @@ class Loop:
         self.held = held
         self._tell(lambda now: self.node.hold(held, now), at)
 
+    def fail(self, active: frozenset[str], at: int) -> None:
+        """Exactly these errors exist from `at` on."""
+        self._tell(lambda now: self.node.fail(active, now), at)
+
     def _tell(self, verb: Callable[[int], Frames], at: int) -> None:
         self._time = at = max(at, self._time)
         self._emit(verb(at), at)

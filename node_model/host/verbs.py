@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from node_model.host.jobs import KeySequence, LampEye, LampWatch
 from node_model.host.jsonline import Seconds, span_ns
@@ -38,6 +38,7 @@ class Verbs:
             "power": self._power,
             "keys": self._keys,
             "leds": self._leds,
+            "faults": self._faults,
             "bus": self._bus,
             "health": self._health,
             "bye": lambda _: {},
@@ -67,8 +68,9 @@ class Verbs:
         protocol = request.get("protocol")
         if protocol != PROTOCOL or isinstance(protocol, bool):
             raise Refusal(f"protocol {_short(protocol)} is not spoken here, only {PROTOCOL}")
-        name = self._loop.node.name
-        return {"protocol": PROTOCOL, "device": name, "can": list(CAN), "clock": "same"}
+        node = self._loop.node
+        can = [*CAN, "faults"] if node.faults else list(CAN)
+        return {"protocol": PROTOCOL, "device": node.name, "can": can, "clock": "same"}
 
     def _state(self, _: Request) -> Answer:
         loop = self._loop
@@ -92,20 +94,16 @@ class Verbs:
         if "sequence" in request:
             steps = self._steps(request["sequence"])
             return KeySequence(self._loop, self._loop.instant(), steps)
-        held = self._names(request["held"])
+        held = _names(request["held"], "key", self._loop.node.keys)
         at = self._loop.instant()
         self._loop.hold(held, at)
         return _done(at)
 
-    def _names(self, value: object) -> frozenset[str]:
-        if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
-            raise Refusal(f"keys are a list of names, not {_short(value)}")
-        known = self._loop.node.keys
-        for name in value:
-            if name not in known:
-                near = difflib.get_close_matches(name, known, 3) or known
-                raise Refusal(f"no key {_short(name)}; it has {', '.join(near)}")
-        return frozenset(value)
+    def _faults(self, request: Request) -> Answer:
+        active = _names(request.get("active"), "fault", self._loop.node.faults)
+        at = self._loop.instant()
+        self._loop.fail(active, at)
+        return _done(at)
 
     def _steps(self, value: object) -> list[tuple[int, frozenset[str]]]:
         if not isinstance(value, list) or not 1 <= len(value) <= _MOST_STEPS:
@@ -119,7 +117,7 @@ class Verbs:
                 raise Refusal(f"{_short(step[0])} is no time of 0 to 600 s")
             if steps and span < steps[-1][0]:
                 raise Refusal("the steps of a sequence go forward in time")
-            steps.append((span, self._names(step[1])))
+            steps.append((span, _names(step[1], "key", self._loop.node.keys)))
         first = steps[0][0]
         return [(span - first, held) for span, held in steps]
 
@@ -154,6 +152,17 @@ class Verbs:
         count = min(len(late), _LATE_A_LINE)
         pairs = [tuple(map(Seconds, late.popleft())) for _ in range(count)]
         return {"late": pairs, "more": True} if late else {"late": pairs}
+
+
+def _names(value: object, what: str, known: Sequence[str]) -> frozenset[str]:
+    """Names out of those that the device has."""
+    if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
+        raise Refusal(f"{what}s are a list of names, not {_short(value)}")
+    for name in value:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, 3) or known or ("none",)
+            raise Refusal(f"no {what} {_short(name)}; it has {', '.join(near)}")
+    return frozenset(value)
 
 
 def _done(at: int) -> Answer:

@@ -9,7 +9,7 @@ from node_model.keypad.commissioning import Commissioning
 from node_model.keypad.operation import Operation
 from node_model.keypad.parameters import SIZE, Parameters
 from node_model.keypad.profile import Profile
-from node_model.node import MS, NOTHING, Frames
+from node_model.node import MS, NOTHING, Frames, refuse_strangers
 from node_model.storage import RecordStore
 
 
@@ -30,6 +30,8 @@ class Keypad:
         image: content of its memory, e.g. from an earlier life; b"" = never commissioned.
         parts: the classes it is made of.
     """
+
+    faults: tuple[str, ...] = ()
 
     def __init__(self, profile: Profile, image: bytes = b"", parts: Parts | None = None) -> None:
         self.name = profile.name
@@ -78,6 +80,15 @@ class Keypad:
         self._held = held
         return self._mode.hold(mask, now) if self._mode else NOTHING
 
+    def fail(self, active: frozenset[str], now: int) -> Frames:  # noqa: ARG002  a verb of every panel
+        """It has no errors that could be raised.
+
+        Raises:
+            ValueError: a name.
+        """
+        refuse_strangers("fault", active, self.faults, self.name)
+        return NOTHING
+
     def advance(self, now: int) -> Frames:
         """Whatever is due by now."""
         mode = self._mode
@@ -122,8 +133,7 @@ class Keypad:
         """
         bits = self.profile.keys
         if not held <= bits.keys():
-            unknown = ", ".join(sorted(held - bits.keys()))
-            raise ValueError(f"no key {unknown}; this {self.name} has {', '.join(self.keys)}")
+            refuse_strangers("key", held, self.keys, self.name)
         return sum([1 << bits[name] for name in held])
 
     def stored(self) -> Parameters:

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
+from typing import ClassVar
 
 from node_model.keypad.parameters import Parameters
 from node_model.node import MS, US, S
@@ -27,6 +28,8 @@ def _span(text: str) -> int:
 @dataclass(frozen=True, slots=True)
 class Profile:
     """Keys, LEDs and factory settings of a keypad. Masks have a bit for each key or LED."""
+
+    kind: ClassVar[str] = "keypad"
 
     name: str = "keypad"
     keys: Mapping[str, int] = field(default_factory=dict)

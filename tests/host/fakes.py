@@ -62,6 +62,7 @@ class FakePanel:
     name = "fake"
     keys: tuple[str, ...] = ("a", "b")
     leds: tuple[str, ...] = ("red", "green")
+    faults: tuple[str, ...] = ("short", "open")
 
     def __init__(self) -> None:
         self.powered = False
@@ -110,6 +111,11 @@ class FakePanel:
         """Report the keys."""
         self._told(f"hold {sorted(held)}", now)
         return (Frame(0x181, bytes([len(held)])),) if self.powered else NOTHING
+
+    def fail(self, active: frozenset[str], now: int) -> Frames:
+        """Report the errors."""
+        self._told(f"fail {sorted(active)}", now)
+        return (Frame(0x081, bytes([len(active)])),) if self.powered else NOTHING
 
     def lit(self, led: str, now: int) -> bool:
         """Red blinks from power-on, green is switched by frames."""

@@ -18,7 +18,7 @@ from tests.host.lab import Lab
 
 def test_hello_tells_what_it_can(lab: Lab) -> None:
     """Protocol 1, the name of the device, its verbs, and the clock."""
-    can = ["power", "keys", "key-sequences", "leds", "led-edges", "bus", "health"]
+    can = ["power", "keys", "key-sequences", "leds", "led-edges", "bus", "health", "faults"]
 
     assert lab.ask(do="hello", protocol=1) == {
         "id": 1, "ok": True, "protocol": 1, "device": "fake", "can": can, "clock": "same",
@@ -66,6 +66,38 @@ def test_keys_are_held_until_told_otherwise(lab: Lab) -> None:
     lab.ask(do="keys", held=[])
 
     assert lab.ask(do="state")["held"] == []
+
+
+def test_errors_exist_until_told_otherwise(lab: Lab) -> None:
+    """The full set each time; the node feels it at one instant, and says what it has to say."""
+    lab.ask(do="power", on=True)
+    answer = lab.ask(do="faults", active=["open", "short"])
+    assert answer["at"][0] == answer["at"][1]
+    lab.ask(do="faults", active=[])
+
+    assert [frame for frame, _ in lab.wire.sent[-2:]] == [Frame(0x081, b"\2"), Frame(0x081, b"\0")]
+
+
+@pytest.mark.parametrize(
+    ("active", "why"),
+    [
+        (["opn"], "no fault 'opn'; it has open"),
+        (["x"], "no fault 'x'; it has short, open"),
+        ("open", "faults are a list of names, not 'open'"),
+        (None, "faults are a list of names, not None"),
+    ],
+)
+def test_errors_that_the_node_has_not_are_refused(lab: Lab, active: object, why: str) -> None:
+    """With the near misses, as for keys."""
+    answer = lab.ask(do="faults", active=active)
+    assert (answer["ok"], answer["error"]) == (False, why)
+
+
+def test_a_node_without_errors_says_so(lab: Lab) -> None:
+    """Then `can` has no faults in it."""
+    lab.node.faults = ()
+    assert "faults" not in lab.ask(do="hello", protocol=1)["can"]
+    assert lab.ask(do="faults", active=["x"])["error"] == "no fault 'x'; it has none"
 
 
 def test_sequence_is_played_at_planned_instants(lab: Lab) -> None:

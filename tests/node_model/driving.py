@@ -105,7 +105,7 @@ def act(node: Node, what: frozenset[str] | Frame | bool | None, now: int) -> Fra
         return frames
     if what is not None and is_panel(node):
         panel: Panel = node  # type: ignore[assignment]
-        return panel.hold(what, now)
+        return panel.hold(what & frozenset(panel.keys), now)
     return ()
 
 

@@ -236,6 +236,15 @@ def test_an_effect_changes_a_frame(effect: type[link.Effect], before: Frame, aft
     assert list(effect().outgoing(before, 7)) == [(7, after)]
 
 
+def test_a_link_hands_on_errors() -> None:
+    """What the device says of them goes through the effect; a keypad has none."""
+    panel = linked(link.Effect())
+    assert panel.faults == ()
+    assert list(panel.fail(frozenset(), 0)) == []
+    with pytest.raises(ValueError, match="no fault heat; this keypad has none"):
+        panel.fail(frozenset(("heat",)), 0)
+
+
 def test_a_wrong_oscillator_doubles_the_bit_rate() -> None:
     """Off stays off."""
     panel = linked(link.WrongRate())

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from node_model.beacon import Beacon
+from node_model.devices import make_device
 from node_model.faults import MUTANTS, VARIANTS, link
 from node_model.frame import Frame
 from node_model.keypad import Keypad, Parameters, Profile, load
@@ -43,6 +44,7 @@ NODES: Mapping[str, Callable[[Profile], Node]] = {
     **{name: mutant.make for name, mutant in MUTANTS.items()},
     **{name: variant.make for name, variant in VARIANTS.items()},
     **{f"link {effect.__name__}": _linked(effect) for effect in EFFECTS},
+    "drive": lambda _: make_device("drive", settings={"node_id": 1, "heartbeat_ms": 20}),
     "link of a beacon": lambda _: link.Link(Beacon(9, 30 * MS, 125_000), link.Delay()),
     "beacon": lambda _: Beacon(9, 30 * MS, 125_000),
     "silent beacon": lambda _: Beacon(9, 0, 125_000),

@@ -87,6 +87,10 @@ class StandsStill(Base):
         """See Panel."""
         return self._do(super().hold, held, now)
 
+    def fail(self, active: frozenset[str], now: int) -> Frames:
+        """See Panel."""
+        return self._do(super().fail, active, now)
+
     def advance(self, now: int) -> Frames:
         """See Node."""
         self._turns = self._turns + 1 if now <= self._latest else 0

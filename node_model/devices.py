@@ -1,0 +1,217 @@
+"""The one place that makes a device: its kind, its facts, a fault, its memory.
+
+A profile is read once, into a `Blueprint`; devices are then made from it, as many as are
+needed. The virtual bench and the host both come here.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from importlib import resources
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Generic, TypeVar
+
+from node_model import drive, keypad
+from node_model.keypad.parameters import NODE_IDS
+from node_model.node import Panel
+from node_model.storage import RecordStore
+
+Settings = Mapping[str, int]
+"""What a device is set to: `node_id`, `heartbeat_ms`, and what else its kind has: `bit_rate`
+in bit/s of a drive; `bit_rate_code`, `sync_time`, `debounce` of a keypad."""
+
+Maker = Callable[[Any, bytes], Panel]
+"""Builds a device from the facts of its kind and the content of its memory."""
+
+F = TypeVar("F")
+
+
+class UnknownDeviceError(ValueError):
+    """No such profile, model or setting; the text names what there is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kind(Generic[F]):
+    """What there is to know of a kind of device.
+
+    Args:
+        name: as in [device] of a profile.
+        loads: facts from the text of a profile.
+        make: a right device from facts and the content of its memory.
+        memory: content of the memory of one that was set to these settings.
+        node_ids: node ids that it can have.
+        with_node_id: the facts with another node id as it leaves the factory.
+    """
+
+    name: str
+    loads: Callable[[str], F]
+    make: Maker
+    memory: Callable[[Settings], bytes]
+    node_ids: range
+    with_node_id: Callable[[F, int], F]
+
+
+@dataclass(frozen=True, slots=True)
+class Blueprint(Generic[F]):
+    """A kind of device with its facts, right or with a fault: what is left is to make one.
+
+    Args:
+        kind: its kind.
+        facts: what its profile says.
+        maker: builds the right one, or one with a fault or a difference.
+    """
+
+    kind: Kind[F]
+    facts: F
+    maker: Maker
+
+    def make(self, image: bytes = b"") -> Panel:
+        """A device, switched off.
+
+        Args:
+            image: content of its memory; b"" = as it left the factory.
+        """
+        return self.maker(self.facts, image)
+
+    def memory(self, settings: Settings) -> bytes:
+        """Content of the memory of a device that was set to these settings.
+
+        Raises:
+            UnknownDeviceError: a setting that its kind has not.
+        """
+        try:
+            return self.kind.memory(settings)
+        except TypeError as error:
+            raise UnknownDeviceError(f"a {self.kind.name} is not set up so: {error}") from None
+
+    def with_node_id(self, node_id: int) -> Blueprint[F]:
+        """The same, with another node id as it leaves the factory.
+
+        Raises:
+            UnknownDeviceError: its kind cannot have that node id.
+        """
+        ids = self.kind.node_ids
+        if node_id not in ids:
+            raise UnknownDeviceError(
+                f"node id {node_id} is none of a {self.kind.name}, {ids[0]}..{ids[-1]}"
+            )
+        return replace(self, facts=self.kind.with_node_id(self.facts, node_id))
+
+
+@lru_cache(maxsize=256)  # a bench makes many devices with few memories
+def memory_with(record: bytes) -> bytes:
+    """Content of a memory in which this record was stored long ago."""
+    store = RecordStore(len(record), byte_ns=0)
+    store.save(record, 0)
+    store.advance(0)
+    return bytes(store.memory)
+
+
+def _keypad_memory(settings: Settings) -> bytes:
+    return memory_with(keypad.Parameters(**settings).encode())
+
+
+def _drive_memory(settings: Settings) -> bytes:
+    return memory_with(drive.record_of(drive.Factory(**settings)))
+
+
+def _keypad_node_id(facts: keypad.Profile, node_id: int) -> keypad.Profile:
+    return replace(facts, factory=replace(facts.factory, node_id=node_id))
+
+
+def _drive_node_id(facts: drive.Profile, node_id: int) -> drive.Profile:
+    return replace(facts, factory=replace(facts.factory, node_id=node_id))
+
+
+KEYPAD: Kind[keypad.Profile] = Kind(
+    "keypad", keypad.loads, keypad.Keypad, _keypad_memory, NODE_IDS, _keypad_node_id
+)
+DRIVE: Kind[drive.Profile] = Kind(
+    "drive", drive.loads, drive.Drive, _drive_memory, range(1, 128), _drive_node_id
+)
+KINDS: Mapping[str, Kind[Any]] = MappingProxyType({kind.name: kind for kind in (KEYPAD, DRIVE)})
+"""Kinds of device by name."""
+
+
+def read(profile: str, model: str | None = None) -> Blueprint[Any]:
+    """The blueprint of a device.
+
+    Args:
+        profile: name of a bundled profile, or path of a TOML file.
+        model: name of a mutant or variant of `node_model.faults`; None = the right device.
+
+    Raises:
+        UnknownDeviceError: no such profile, kind or model; a profile that is not usable.
+    """
+    bundled = resources.files("node_model.profiles") / f"{profile}.toml"
+    try:
+        text = (
+            bundled.read_text("utf-8") if bundled.is_file() else Path(profile).read_text("utf-8")
+        )
+    except OSError:
+        raise UnknownDeviceError(f"no profile {profile!r}: a bundled name or a file") from None
+    try:
+        kind = _kind_of(text)
+        facts = kind.loads(text)
+    except (KeyError, ValueError, TypeError) as error:
+        raise UnknownDeviceError(
+            f"profile {profile!r} is not usable: {type(error).__name__}: {error}"
+        ) from None
+    return Blueprint(kind, facts, kind.make if model is None else _maker(model, kind.name))
+
+
+def _text_of(profile: str) -> str:
+    bundled = resources.files("node_model.profiles") / f"{profile}.toml"
+    try:
+        return (bundled if bundled.is_file() else Path(profile)).read_text("utf-8")
+    except OSError:
+        raise UnknownDeviceError(f"no profile {profile!r}: a bundled name or a file") from None
+
+
+def _kind_of(text: str) -> Kind[Any]:
+    name = tomllib.loads(text)["device"]["kind"]
+    if name not in KINDS:
+        raise ValueError(f"no kind of device {name!r}; there are {', '.join(KINDS)}")
+    return KINDS[name]
+
+
+def _maker(model: str, kind: str) -> Maker:
+    """What builds a mutant or variant."""
+    from node_model import faults  # noqa: PLC0415 - loaded only for a mutant
+
+    try:
+        return faults.find(model, kind).make
+    except ValueError as error:
+        raise UnknownDeviceError(str(error)) from None
+
+
+def make_device(
+    profile: str,
+    *,
+    model: str | None = None,
+    node_id: int | None = None,
+    settings: Settings | None = None,
+    image: bytes | None = None,
+) -> Panel:
+    """A device, switched off.
+
+    Args:
+        profile: name of a bundled profile, or path of a TOML file.
+        model: name of a mutant or variant; None = the right device.
+        node_id: as it leaves the factory; None = the profile's.
+        settings: what it was set to, in its memory; None = nothing.
+        image: content of its memory instead; None = as `settings` say.
+
+    Raises:
+        UnknownDeviceError: there is no such profile, model, node id or setting.
+    """
+    blueprint = read(profile, model)
+    if node_id is not None:
+        blueprint = blueprint.with_node_id(node_id)
+    if image is None and settings is not None:
+        image = blueprint.memory(settings)
+    return blueprint.make(image or b"")
