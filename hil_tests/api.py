@@ -5,6 +5,13 @@ from __future__ import annotations
 from hil_tests.bench.bench import COMMISSIONING_RATE, Bench, payload
 from hil_tests.bench.facilities import BitRate, Keys, Leds, Power
 from hil_tests.bench.judging import LOOK_ON_NS
+from hil_tests.bench.lss import Lss
+from hil_tests.bench.sdo import Sdo
+from hil_tests.clients import accepted, lss, sdo_frames
+from hil_tests.clients.lss import Identity
+from hil_tests.clients.sdo import Abort, Download, Upload
+from hil_tests.clients.sdo_block import BlockDownload, BlockUpload
+from hil_tests.clients.values import number, u8, u16, u32
 from hil_tests.clock import MS, Interval, S, exactly, show_span
 from hil_tests.config import ECHO_PERIOD_NS, DeviceProfile, Parameters
 from hil_tests.errors import FrameNotCarried
@@ -29,18 +36,24 @@ __all__ = [
     "ECHO_PERIOD_NS",
     "LOOK_ON_NS",
     "MS",
+    "Abort",
     "Bench",
     "BitRate",
+    "BlockDownload",
+    "BlockUpload",
     "DeviceFailure",
     "DeviceProfile",
+    "Download",
     "EventKind",
     "Frame",
     "FrameNotCarried",
+    "Identity",
     "InconclusiveResult",
     "Interval",
     "Keys",
     "Leds",
     "Limits",
+    "Lss",
     "Moment",
     "Nmt",
     "NotApplicable",
@@ -49,15 +62,24 @@ __all__ = [
     "Parameters",
     "Power",
     "S",
+    "Sdo",
     "Seen",
     "State",
+    "Upload",
     "Verdict",
+    "accepted",
     "around",
     "cobs",
     "exactly",
     "judge_periodic",
+    "lss",
     "matchers",
     "nmt_frame",
+    "number",
     "payload",
+    "sdo_frames",
     "show_span",
+    "u8",
+    "u16",
+    "u32",
 ]

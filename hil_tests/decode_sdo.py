@@ -6,7 +6,7 @@ byte, and only a decoder that follows the transfer could tell them apart.
 
 from __future__ import annotations
 
-_ABORTS = {
+ABORTS = {
     0x05030000: "toggle bit not alternated",
     0x05040000: "SDO time-out",
     0x05040001: "unknown command specifier",
@@ -140,7 +140,7 @@ def _command(data: bytes, names: dict[int, str], *, client: bool) -> str:
     place = f"{index:04X}h:{sub:02X}"
     if specifier == 4:
         code = int.from_bytes(data[4:], "little")
-        return f"abort of {place}: {code:08X}h {_ABORTS.get(code, 'unknown code')}"
+        return f"abort of {place}: {code:08X}h {ABORTS.get(code, 'unknown code')}"
     if specifier == 0 or (specifier == 3 and client) or (specifier == 1 and not client):
         return _segment(data)
     name = names.get(specifier)

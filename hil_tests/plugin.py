@@ -16,6 +16,8 @@ from hil_tests.run import options, stash
 if TYPE_CHECKING:
     from hil_tests.bench.bench import Bench
     from hil_tests.bench.facilities import BitRate, Keys, Leds, Power
+    from hil_tests.bench.lss import Lss
+    from hil_tests.bench.sdo import Sdo
     from hil_tests.config import DeviceProfile
     from hil_tests.config.limits import ProfileLimits
 
@@ -124,6 +126,22 @@ def leds(bench: Bench) -> Leds:
 def bitrate(bench: Bench) -> BitRate:
     """The bit rate of the tester's end of the bus."""
     return _there(bench.bitrate, "BitRate")
+
+
+@pytest.fixture(scope="session")
+def sdo(bench: Bench) -> Sdo:
+    """The SDO client of the bench."""
+    from hil_tests.bench.sdo import Sdo  # noqa: PLC0415 - where a test asks for it
+
+    return Sdo(bench)
+
+
+@pytest.fixture(scope="session")
+def lss(bench: Bench) -> Lss:
+    """The LSS master of the bench."""
+    from hil_tests.bench.lss import Lss  # noqa: PLC0415 - where a test asks for it
+
+    return Lss(bench)
 
 
 @pytest.fixture(scope="session")

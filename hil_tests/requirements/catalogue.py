@@ -23,7 +23,7 @@ FACILITIES = ("power", "keys", "leds", "bitrate")
 
 ORIGINS = ("source", "cia301", "reading")
 
-_ID = re.compile(r"[A-Z]{2,4}-[0-9]{2}")
+_ID = re.compile(r"(?:C-)?[A-Z]{2,4}-[0-9]{2}")
 _TEXTS = ("text", "source", "clause", "class", "origin")
 _FIELDS = (*_TEXTS, "limits", "needs")
 
@@ -140,7 +140,7 @@ def _requirement(key: str, table: Mapping[str, object]) -> Requirement:
 def _problems(key: str, table: object) -> Iterator[str]:
     """What is wrong with one entry, one line each."""
     if not _ID.fullmatch(key):
-        yield f"{key!r}: is no id; write e.g. HB-01"
+        yield f"{key!r}: is no id; write e.g. HB-01, or C-HB-01 for a rule of CiA 301"
     if not isinstance(table, dict):
         yield f"{key}: write a table, [{key}]"
         return

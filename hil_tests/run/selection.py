@@ -59,7 +59,7 @@ def check_clauses(prefixes: Sequence[str], known: Mapping[str, Requirement]) -> 
     wrong = []
     for prefix in prefixes:
         if not any(name.startswith(prefix.upper()) for name in known):
-            group = prefix.upper().partition("-")[0]
+            group = prefix.upper().rpartition("-")[0] or prefix.upper()
             beside = [name for name in known if name.startswith(f"{group}-")]
             hint = ", ".join(near(known, prefix) or beside or groups(known))
             wrong.append(f"--can-clause {prefix}: no requirement begins so; there are {hint}")
@@ -68,8 +68,8 @@ def check_clauses(prefixes: Sequence[str], known: Mapping[str, Requirement]) -> 
 
 
 def groups(known: Iterable[str]) -> list[str]:
-    """The beginnings of the ids, e.g. COM, NMT, HB."""
-    return sorted({name.partition("-")[0] for name in known})
+    """The beginnings of the ids, e.g. COM, NMT, C-HB."""
+    return sorted({name.rpartition("-")[0] for name in known})
 
 
 def by_clause(

@@ -1,0 +1,240 @@
+"""The SDO client of a bench: transfers on its bus, judged as they go.
+
+Every answer must come in time (C-SD-20) and be what the protocol allows; each fault is
+blamed on the rule that it breaks. A transfer that a test only passes through is blamed on
+C-OD-04: what the device lists it can read and write.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING
+
+from hil_tests.bench.judging import LOOK_ON_NS
+from hil_tests.clients import sdo_frames
+from hil_tests.clients.accepted import Accepted, show_code
+from hil_tests.clients.sdo import Abort, Breach, Download, Requests, Transfer, Upload, show
+from hil_tests.clients.values import number
+from hil_tests.clock import MS, show_span
+from hil_tests.judge import matchers
+from hil_tests.judge.causal import Seen
+from hil_tests.judge.cobs import SDO_ANSWER, SDO_REQUEST, Nmt
+from hil_tests.judge.verdict import DeviceFailure, InconclusiveResult, Limits, Outcome
+from node_model.frame import Frame
+
+if TYPE_CHECKING:
+    from hil_tests.bench.judging import JudgingBench
+
+Place = tuple[int, int]
+"""Index and sub-index."""
+
+ACCESS = "C-OD-04"
+NO_ANSWER = "C-SD-01"
+IN_TIME = "C-SD-20"
+
+ANSWER_NS = 50 * MS
+"""Request to answer, where no profile says otherwise."""
+
+UNKNOWN_COMMAND = 0x0504_0001
+"""What the client sends when it gives a transfer up."""
+
+
+class Sdo:
+    """Reads and writes the device's object dictionary.
+
+    Args:
+        bench: that carries the frames.
+        within_ns: an answer comes within this.
+        request_id: identifier of requests; None = the default server's, 600h + node id.
+        answer_id: of answers; None = 580h + node id.
+    """
+
+    def __init__(
+        self,
+        bench: JudgingBench,
+        within_ns: int = ANSWER_NS,
+        request_id: int | None = None,
+        answer_id: int | None = None,
+    ) -> None:
+        self._bench = bench
+        self._within_ns = within_ns
+        self._request_id = request_id
+        self._answer_id = answer_id
+
+    @property
+    def request_id(self) -> int:
+        """Identifier under which the server hears us."""
+        return self._request_id or SDO_REQUEST + self._bench.node_id
+
+    @property
+    def answer_id(self) -> int:
+        """Identifier under which the server answers."""
+        return self._answer_id or SDO_ANSWER + self._bench.node_id
+
+    # What tests want to know and change.
+
+    def read(self, index: int, sub: int = 0, *, requirement: str = ACCESS) -> bytes:
+        """The bytes of an object that must be readable.
+
+        Raises:
+            DeviceFailure: it was refused, or not answered as CiA 301 asks.
+        """
+        return self._done(Upload(index, sub), "read", requirement)
+
+    def number(self, index: int, sub: int = 0, *, requirement: str = ACCESS) -> int:
+        """An unsigned integer that must be readable."""
+        return number(self.read(index, sub, requirement=requirement))
+
+    def write(self, index: int, sub: int, data: bytes, *, requirement: str = ACCESS) -> None:
+        """Give an object bytes that it must take.
+
+        Raises:
+            DeviceFailure: it was refused, or not answered as CiA 301 asks.
+        """
+        self._done(Download(index, sub, data), "write", requirement)
+
+    def try_read(self, index: int, sub: int = 0) -> bytes | Abort:
+        """What a read leads to, whichever it is."""
+        return self.run(Upload(index, sub))
+
+    def try_write(self, index: int, sub: int, data: bytes) -> bytes | Abort:
+        """What a write leads to: nothing (no bytes), or an abort."""
+        return self.run(Download(index, sub, data))
+
+    def expect_abort(
+        self, outcome: bytes | Abort, accepted: Accepted, what: str, *, requirement: str = ""
+    ) -> None:
+        """A transfer must have been refused, with a code of a set.
+
+        Args:
+            outcome: of `try_read`, `try_write` or `run`.
+            accepted: codes that a conforming server may give; one that is not the first is
+                written down as this device's way.
+            what: was asked for, e.g. "write to 1000h:00".
+            requirement: id, where it is not the first one of the test.
+        """
+        told = f"{what} is refused with {accepted}"
+        if not isinstance(outcome, Abort):
+            self._bench.check(False, f"{told}; it was done", requirement=requirement)
+            return
+        code = outcome.code
+        text = f"{told}; the code is {show_code(code)}"
+        self._bench.check(code in accepted, text, requirement=requirement)
+        if code != accepted.preferred:
+            note = f"{what}: {show_code(code)}, where {accepted.preferred:08X}h says more"
+            self._bench.characteristic(requirement, note)
+
+    @contextmanager
+    def kept(self, *objects: Place) -> Iterator[None]:
+        """What is done inside may change these objects: afterwards they are what they were.
+
+        Written back and read back; also after a failure, as far as the device lets us.
+        """
+        before = {place: self.read(*place) for place in objects}
+        try:
+            yield
+        except BaseException:
+            with suppress(DeviceFailure, InconclusiveResult):
+                self._bench.nmt(Nmt.PRE_OPERATIONAL)
+                self.put_back(before)
+            raise
+        self.put_back(before)
+
+    def put_back(self, before: dict[Place, bytes]) -> None:
+        """Write objects, the last first, and see that they have these values."""
+        for (index, sub), data in reversed(before.items()):
+            if self.read(index, sub) != data:
+                self.write(index, sub, data)
+        for (index, sub), data in before.items():
+            found = self.read(index, sub)
+            text = f"{index:04X}h:{sub:02X} is put back to {show(data)}; it is {show(found)}"
+            self._bench.check(found == data, text, requirement=ACCESS)
+
+    def _done(self, transfer: Transfer, verb: str, requirement: str) -> bytes:
+        outcome = self.run(transfer, requirement)
+        text = f"{verb} of {transfer.name} is served"
+        if isinstance(outcome, Abort):
+            text += f"; it was refused with {show_code(outcome.code)}"
+            self._bench.fail(text, requirement=requirement)
+        self._bench.check(True, text, requirement=requirement)
+        return outcome
+
+    # Transfers and single frames.
+
+    def run(self, transfer: Transfer, requirement: str = NO_ANSWER) -> bytes | Abort:
+        """Carry a transfer out.
+
+        Args:
+            transfer: see `clients.sdo` and `clients.sdo_block`.
+            requirement: which says that there must be an answer.
+
+        Returns:
+            What was read (no bytes after a write), or the server's abort.
+
+        Raises:
+            DeviceFailure: an answer is missing, late, or breaks the protocol.
+        """
+        last = self._send_all(transfer.begin())
+        while transfer.result is None:
+            answer = self._answer(last, requirement)
+            try:
+                requests = transfer.answer(answer.frame.data)
+            except Breach as breach:
+                self.abort(transfer.index, transfer.sub)
+                self._bench.fail(str(breach), requirement=breach.requirement, since=last)
+            last = self._send_all(requests) if requests else answer
+        return transfer.result
+
+    def _send_all(self, requests: Requests) -> Seen:
+        sent = [self._bench.send(Frame(self.request_id, data)) for data in requests]
+        return sent[-1]
+
+    def _answer(self, request: Seen, requirement: str) -> Seen:
+        """The next answer; missing is a fault of `requirement`, late one of C-SD-20."""
+        bench, within = self._bench, self._within_ns
+        answer = self._first(request, within + LOOK_ON_NS)
+        if answer is None:
+            matcher = matchers.cob(self.answer_id, "an SDO answer")
+            return bench.expect(matcher, after=request, within=within, requirement=requirement)
+        measured, limits = bench.when(answer).since(bench.when(request)), Limits(at_most_ns=within)
+        if limits.check(measured) is not Outcome.PASS:
+            text = f"SDO answer {answer.frame} after {request.frame}"
+            bench.measure(measured, limits, text, requirement=IN_TIME, since=request)
+        return answer
+
+    def _first(self, after: Seen, patience_ns: int) -> Seen | None:
+        matcher = matchers.cob(self.answer_id, "an SDO answer")
+        return self._bench.first(matcher, after, after.when.latest + patience_ns)
+
+    def ask(self, data: bytes, requirement: str = NO_ANSWER) -> bytes:
+        """Send one request, right or wrong, that must be answered; the answer's bytes."""
+        return self._answer(self.post(data), requirement).frame.data
+
+    def offer(self, data: bytes) -> bytes | None:
+        """Send one request that may be answered; the answer's bytes, or None."""
+        answer = self._first(self.post(data), self._within_ns)
+        return answer.frame.data if answer else None
+
+    def post(self, data: bytes) -> Seen:
+        """Send one request and do not wait for an answer."""
+        return self._bench.send(Frame(self.request_id, data))
+
+    def silence(self, data: bytes, *, requirement: str = "") -> None:
+        """Send one request that must not be answered."""
+        sent = self.post(data)
+        within = self._within_ns + LOOK_ON_NS
+        matcher = matchers.cob(self.answer_id, "SDO answer")
+        self._bench.never(matcher, after=sent, for_ns=within, requirement=requirement)
+
+    def abort(self, index: int, sub: int, code: int = UNKNOWN_COMMAND) -> Seen:
+        """End a transfer from our side; a server does not answer that."""
+        return self.post(sdo_frames.abort(index, sub, code))
+
+    def repeat(self, make: Callable[[int], Transfer], count: int) -> list[bytes | Abort]:
+        """Many transfers, one after the other, with one verdict for all of them."""
+        began_at = self._bench.now()
+        outcomes = [self.run(make(turn)) for turn in range(count)]
+        took = show_span(self._bench.now() - began_at)
+        self._bench.check(True, f"{count} SDO transfers were answered in {took}")
+        return outcomes
