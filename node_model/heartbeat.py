@@ -6,10 +6,16 @@ caller delays a beat and never shifts the grid.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from node_model.frame import Frame, data_frame
 from node_model.nmt import NmtState
+from node_model.node import MS, NOTHING, Frames
+from node_model.od import ObjectDictionary
+from node_model.service import QuietService
 
 HEARTBEAT_BASE = 0x700
+PRODUCER_TIME = 0x1017
 
 
 def heartbeat_frame(node_id: int, state: NmtState) -> Frame:
@@ -42,3 +48,67 @@ class HeartbeatProducer:
         """The beat that was due is being sent."""
         if self.due_at is not None:
             self.due_at += self.period_ns
+
+
+class HeartbeatService(QuietService):
+    """Heartbeat producer of a device, set up by 1017h.
+
+    A written time acts at once: the first beat follows one period later, whatever beat was
+    due before. Wiring: needs no other service.
+
+    Args:
+        od: its 1017h, in ms; without it there is no heartbeat.
+        node_id: may be changed before a start.
+        producer: makes the timer for a period in ns.
+    """
+
+    def __init__(
+        self,
+        od: ObjectDictionary,
+        node_id: int,
+        producer: Callable[[int], HeartbeatProducer] = HeartbeatProducer,
+    ) -> None:
+        self._od = od
+        self.node_id = node_id
+        self._make = producer
+        self._producer = producer(0)
+        od.observe(PRODUCER_TIME, self._written)
+
+    def start(self, now: int) -> Frames:
+        """The boot-up counts as the first beat."""
+        self._restart(now)
+        return super().start(now)
+
+    def advance(self, now: int) -> Frames:
+        """The beats that are due."""
+        frames = NOTHING
+        producer = self._producer
+        while producer.due_at is not None and producer.due_at <= now:
+            producer.beat()
+            frames = (*frames, self.beat())
+        return frames
+
+    def deadline(self) -> int | None:
+        """The next beat."""
+        return self._producer.due_at
+
+    def stop(self) -> None:
+        """No more beats."""
+        super().stop()
+        self._producer.stop()
+
+    def beat(self) -> Frame:
+        """A beat that shows the present state."""
+        return heartbeat_frame(self.node_id, self.state)
+
+    def period_ns(self) -> int:
+        """1017h, in ms."""
+        return self._od.number(PRODUCER_TIME) * MS
+
+    def _restart(self, now: int) -> None:
+        self._producer = self._make(self.period_ns())
+        self._producer.start(now)
+
+    def _written(self, sub: int, now: int) -> None:  # noqa: ARG002  a VAR
+        if self.running:
+            self._restart(now)

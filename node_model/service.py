@@ -13,7 +13,7 @@ from typing import Protocol
 
 from node_model.frame import Frame
 from node_model.nmt import NmtState
-from node_model.node import Frames
+from node_model.node import NOTHING, Frames
 
 
 class Service(Protocol):
@@ -46,6 +46,51 @@ class Service(Protocol):
 
     def stop(self) -> None:
         """Supply or communication is gone: nothing is due any more."""
+
+
+class QuietService:
+    """A service that does nothing but keep the NMT state: what services have in common.
+
+    What a client's write or the application causes is due at that very instant: nothing is
+    sent from within an observer. Whoever composes a device calls `advance` afterwards.
+    """
+
+    state: NmtState = NmtState.INITIALISING
+
+    @property
+    def running(self) -> bool:
+        """Between `start` and `stop`."""
+        return self.state is not NmtState.INITIALISING
+
+    def listens_to(self) -> frozenset[int]:
+        """Nothing."""
+        return frozenset()
+
+    def start(self, now: int) -> Frames:  # noqa: ARG002  a verb of every service
+        """Pre-operational."""
+        self.state = NmtState.PRE_OPERATIONAL
+        return NOTHING
+
+    def enter(self, state: NmtState, now: int) -> Frames:  # noqa: ARG002  a verb of every service
+        """Keep the state."""
+        self.state = state
+        return NOTHING
+
+    def receive(self, frame: Frame, now: int) -> Frames:  # noqa: ARG002  a verb of every service
+        """Ignore it."""
+        return NOTHING
+
+    def advance(self, now: int) -> Frames:  # noqa: ARG002  a verb of every service
+        """Nothing is due."""
+        return NOTHING
+
+    def deadline(self) -> int | None:
+        """Nothing is due."""
+        return None
+
+    def stop(self) -> None:
+        """Initialising: nothing is due."""
+        self.state = NmtState.INITIALISING
 
 
 @dataclass(frozen=True, slots=True)

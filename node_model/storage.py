@@ -1,4 +1,4 @@
-"""Non-volatile storage of one small record that survives a power cut at any instant.
+"""Non-volatile storage of one record that survives a power cut at any instant.
 
 Two slots. A record goes byte by byte into the slot that does not hold the newest one; its
 first byte, the mark that makes a slot count, is cleared first and written last. So at each
@@ -23,6 +23,8 @@ def _check(body: bytes) -> bytes:
 class RecordStore:
     """A record of `size` bytes in a memory that can be cut off at any time.
 
+    A slot is the mark, a sequence number of two bytes, the record, and two bytes of check.
+
     Args:
         size: bytes of the record.
         image: content of the memory, e.g. kept from an earlier life; one of another
@@ -30,8 +32,12 @@ class RecordStore:
         byte_ns: how long the memory needs for one byte.
     """
 
+    OVERHEAD = 5
+    """Bytes of a slot besides the record."""
+
     def __init__(self, size: int, image: bytes = b"", byte_ns: int = 5_000_000) -> None:
-        self._slot_bytes = size + 5
+        self.size = size
+        self._slot_bytes = size + self.OVERHEAD
         self._byte_ns = byte_ns
         blank = bytes(2 * self._slot_bytes)
         self.memory = bytearray(image if len(image) == len(blank) else blank)
@@ -41,10 +47,23 @@ class RecordStore:
     def _slot(self, number: int) -> tuple[int, bytes] | None:
         """Sequence number and record of a slot; None where it holds no complete record."""
         raw = bytes(self.memory[number * self._slot_bytes :][: self._slot_bytes])
-        body = raw[1:-2]
-        if raw[0] != MARK or _check(body) != raw[-2:]:
+        end = self._end(raw)
+        body = raw[1:end]
+        if raw[0] != MARK or _check(body) != raw[end : end + 2]:
             return None
-        return int.from_bytes(body[:2], "big"), body[2:]
+        return int.from_bytes(body[:2], "big"), self._unpacked(body[2:])
+
+    def _end(self, raw: bytes) -> int:
+        """Where in a slot the check stands."""
+        return len(raw) - 2
+
+    def _packed(self, record: bytes) -> bytes:
+        """A record as it stands in a slot."""
+        return record
+
+    def _unpacked(self, packed: bytes) -> bytes:
+        """The record that stands so in a slot."""
+        return packed
 
     def _newest(self) -> int | None:
         """Number of the slot with the newest complete record."""
@@ -64,7 +83,7 @@ class RecordStore:
         newest = self._newest()
         found = None if newest is None else self._slot(newest)
         sequence = (found[0] + 1 if found else 1) & 0xFFFF
-        body = sequence.to_bytes(2, "big") + record
+        body = sequence.to_bytes(2, "big") + self._packed(record)
         base = 0 if newest is None else (1 - newest) * self._slot_bytes
         content = enumerate(body + _check(body), base + 1)
         self._queue = [(base, 0), *content, (base, MARK)]
@@ -80,3 +99,28 @@ class RecordStore:
     def cut(self) -> None:
         """Power is gone: what is not yet written never will be."""
         self.due_at = None
+
+    def finish(self) -> None:
+        """Write at once what is not yet written."""
+        for place, value in self._queue if self.due_at is not None else ():
+            self.memory[place] = value
+        self._queue = []
+        self.due_at = None
+
+
+class LongRecordStore(RecordStore):
+    """Records of 0 to `size` bytes: a slot holds the length before the record.
+
+    Only the bytes of the record are written and checked, not the rest of the slot.
+    """
+
+    OVERHEAD = RecordStore.OVERHEAD + 2
+
+    def _end(self, raw: bytes) -> int:
+        return 5 + int.from_bytes(raw[3:5], "big")
+
+    def _packed(self, record: bytes) -> bytes:
+        return len(record).to_bytes(2, "big") + record
+
+    def _unpacked(self, packed: bytes) -> bytes:
+        return packed[2:]

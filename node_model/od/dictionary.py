@@ -2,7 +2,7 @@
 
 Laws: every change goes through `write` (a client's, with all checks) or `put` (the
 device's own, unchecked); a refused write changes nothing. A guard can refuse a client's
-value before it is taken; an observer is told after it was.
+value before it is taken, a read guard an upload; an observer is told after a change.
 """
 
 from __future__ import annotations
@@ -14,6 +14,9 @@ from node_model.od.entry import Entry
 
 Guard = Callable[[int, bytes], None]
 """Called with sub-index and bytes before a client's write; raises SdoAbort to refuse."""
+
+ReadGuard = Callable[[int], None]
+"""Called with sub-index before a client's read; raises SdoAbort to refuse."""
 
 Observer = Callable[[int, int], None]
 """Called with sub-index and instant after a client's write was taken."""
@@ -35,6 +38,7 @@ class ObjectDictionary:
         self.entries: dict[int, Entry] = {key_of(e.index, e.sub): e for e in entries}
         self.indices: frozenset[int] = frozenset(e.index for e in self.entries.values())
         self._guards: dict[int, list[Guard]] = {}
+        self._read_guards: dict[int, list[ReadGuard]] = {}
         self._observers: dict[int, list[Observer]] = {}
 
     # What the device itself does.
@@ -70,6 +74,10 @@ class ObjectDictionary:
         """Ask `guard` before a client writes any sub-index of `index`."""
         self._guards.setdefault(index, []).append(guard)
 
+    def guard_reading(self, index: int, guard: ReadGuard) -> None:
+        """Ask `guard` before a client reads any sub-index of `index`."""
+        self._read_guards.setdefault(index, []).append(guard)
+
     def observe(self, index: int, observer: Observer) -> None:
         """Tell `observer` after a client wrote any sub-index of `index`."""
         self._observers.setdefault(index, []).append(observer)
@@ -92,11 +100,13 @@ class ObjectDictionary:
         """What a client's upload gets.
 
         Raises:
-            SdoAbort: no such entry, or it is write-only.
+            SdoAbort: no such entry, it is write-only, or refused by a guard.
         """
         entry = self.find(index, sub)
         if not entry.access.readable:
             raise SdoAbort(AbortCode.WRITE_ONLY)
+        for guard in self._read_guards.get(index, ()):
+            guard(sub)
         return entry.value
 
     def write(self, index: int, sub: int, data: bytes, now: int) -> None:
