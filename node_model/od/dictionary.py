@@ -2,15 +2,19 @@
 
 Laws: every change goes through `write` (a client's, with all checks) or `put` (the
 device's own, unchecked); a refused write changes nothing. A guard can refuse a client's
-value before it is taken, a read guard an upload; an observer is told after a change.
+value before it is taken, a read guard an upload; an observer is told after a change, and
+before the client has its answer. An observer returns no frames: what a change causes
+becomes due in its own service, at the instant that it is told.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from math import isnan
 
 from node_model.od.abort import AbortCode, SdoAbort
 from node_model.od.entry import Entry
+from node_model.od.types import DataType
 
 Guard = Callable[[int, bytes], None]
 """Called with sub-index and bytes before a client's write; raises SdoAbort to refuse."""
@@ -90,7 +94,7 @@ class ObjectDictionary:
         Raises:
             SdoAbort: no such object, or no such sub-index.
         """
-        entry = self.entries.get(key_of(index, sub))
+        entry = self.entries.get(index << 8 | sub)
         if entry is None:
             known = index in self.indices
             raise SdoAbort(AbortCode.NO_SUB_INDEX if known else AbortCode.NO_OBJECT)
@@ -105,9 +109,28 @@ class ObjectDictionary:
         entry = self.find(index, sub)
         if not entry.access.readable:
             raise SdoAbort(AbortCode.WRITE_ONLY)
-        for guard in self._read_guards.get(index, ()):
-            guard(sub)
+        if index in self._read_guards:
+            for guard in self._read_guards[index]:
+                guard(sub)
         return entry.value
+
+    def accepts(self, index: int, sub: int, size: int | None = None) -> Entry:
+        """Whether a client's download could succeed, as far as can be known before its data.
+
+        Args:
+            index: of the entry.
+            sub: of the entry.
+            size: how many bytes will come; None = not told.
+
+        Raises:
+            SdoAbort: no such entry, read-only, or the wrong length.
+        """
+        entry = self.find(index, sub)
+        if not entry.access.writable:
+            raise SdoAbort(AbortCode.READ_ONLY)
+        if size is not None:
+            _check_length(entry, size)
+        return entry
 
     def write(self, index: int, sub: int, data: bytes, now: int) -> None:
         """What a client's download does.
@@ -116,32 +139,37 @@ class ObjectDictionary:
             SdoAbort: no such entry, read-only, wrong length, out of range, or refused by a
                 guard; nothing has changed then.
         """
-        entry = self.find(index, sub)
-        if not entry.access.writable:
-            raise SdoAbort(AbortCode.READ_ONLY)
-        _check_length(entry, data)
-        _check_range(entry, data)
-        for guard in self._guards.get(index, ()):
-            guard(sub, data)
+        entry = self.accepts(index, sub, len(data))
+        if entry.data_type.is_number:
+            _check_range(entry, data)
+        if index in self._guards:
+            for guard in self._guards[index]:
+                guard(sub, data)
         entry.value = data
-        for observer in self._observers.get(index, ()):
-            observer(sub, now)
+        if index in self._observers:
+            for observer in self._observers[index]:
+                observer(sub, now)
 
 
-def _check_length(entry: Entry, data: bytes) -> None:
+def _check_length(entry: Entry, length: int) -> None:
     size = entry.data_type.size
     most = size or entry.most
-    if most and len(data) > most:
+    if most and length > most:
         raise SdoAbort(AbortCode.TOO_LONG)
-    if size and len(data) < size:
+    if size and length < size:
         raise SdoAbort(AbortCode.TOO_SHORT)
 
 
 def _check_range(entry: Entry, data: bytes) -> None:
-    if entry.low is None and entry.high is None:
+    low, high = entry.low, entry.high
+    if high is None and entry.data_type is DataType.BOOLEAN:
+        high = 1
+    if low is None and high is None:
         return
     value = entry.data_type.unpack(data)
-    if entry.high is not None and value > entry.high:
+    if isnan(value):
+        raise SdoAbort(AbortCode.VALUE)
+    if high is not None and value > high:
         raise SdoAbort(AbortCode.TOO_HIGH)
-    if entry.low is not None and value < entry.low:
+    if low is not None and value < low:
         raise SdoAbort(AbortCode.TOO_LOW)

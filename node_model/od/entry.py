@@ -11,6 +11,11 @@ from node_model.od.types import DataType
 class Access(Enum):
     """Access types of CiA 306, with what SDO may do: the PDO directions are `pdo`'s affair."""
 
+    readable: bool
+    """SDO upload is allowed."""
+    writable: bool
+    """SDO download is allowed."""
+
     RO = "ro"
     WO = "wo"
     RW = "rw"
@@ -18,15 +23,9 @@ class Access(Enum):
     RWW = "rww"
     CONST = "const"
 
-    @property
-    def readable(self) -> bool:
-        """SDO upload is allowed."""
-        return self is not Access.WO
-
-    @property
-    def writable(self) -> bool:
-        """SDO download is allowed."""
-        return self in {Access.WO, Access.RW, Access.RWR, Access.RWW}
+    def __init__(self, word: str) -> None:
+        self.readable = word != "wo"
+        self.writable = word not in {"ro", "const"}
 
 
 @dataclass(slots=True)
