@@ -133,6 +133,12 @@ def _distil(words: Sequence[str]) -> int:
     return command.distil(Parser("nodeproof distil"), words)
 
 
+def _check(words: Sequence[str]) -> int:
+    from hil_tests.reporting import commands  # noqa: PLC0415
+
+    return commands.check(Parser("nodeproof check"), words)
+
+
 def _mutants(words: Sequence[str]) -> int:
     from hil_tests.run.catalogue import mutant_table  # noqa: PLC0415
 
@@ -215,6 +221,7 @@ COMMANDS: Mapping[str, tuple[str, Callable[[Sequence[str]], int]]] = {
     "node": ("host a model of the device by itself, like python -m node_model", _node),
     "vcan": ("run a command where SocketCAN exists: here, or in a virtual machine", _vcan),
     "doctor": ("say what this machine, and the bench of a bench file, can do", _doctor),
+    "check": ("hold a run's folder against its schema, its sums and its recordings", _check),
     "mutants": ("list the faulty models that can be put under test", _mutants),
     "explore": ("play made-up scenarios on the model, on every core, for a time", _explore),
     "play": ("play one scenario on the model, and show every frame", _play),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from array import array
 from bisect import bisect_left
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
@@ -184,6 +185,13 @@ class Trace:
         """The frames from index `start` up to, not including, `stop`."""
         for index in range(*slice(start, stop).indices(len(self))):
             yield self.frame(index)
+
+    def bits(self, start: int = 0, stop: int | None = None) -> int:
+        """How many bit times the frames from index `start` up to `stop` took on the wire."""
+        many = Counter(zip(self._head[start:stop], self._body[start:stop], strict=True))
+        return sum(
+            _unpacked(head & _OWN - 1, body).bits * count for (head, body), count in many.items()
+        )
 
     def hears_others(self) -> bool:
         """Whether it holds a frame of another station than the tester."""

@@ -14,6 +14,7 @@ from heapq import heappop, heappush
 from typing import TYPE_CHECKING, TypeVar
 
 from hil_tests.bench.action import Action
+from hil_tests.bench.census import Census
 from hil_tests.bench.facilities import BitRate, Keys, Leds, Power
 from hil_tests.bench.stage import Stage
 from hil_tests.bench.terms import When, expected_of, interval_of
@@ -67,6 +68,7 @@ class BenchCore:
         self._found: list[Verdict] = []
         self.frames = 0
         self.bus_ns = 0
+        self.census = Census()
         self.heard_at_all = False
         self._earliest = array("q")
         self._calendar: list[tuple[int, int, Callable[[], object]]] = []
@@ -80,7 +82,7 @@ class BenchCore:
         """What was asked for before this is in the trace."""
         self._began_at = stage.port.now()
         self.watch = self._new_watch(off=False)
-        self._rates = [(0, self.watch.clock.bit_ns)]
+        self.rates = [(0, self.watch.clock.bit_ns)]
         self.power = Power(self, stage.power) if stage.power else None
         self.keys = Keys(self, stage.keys) if stage.keys else None
         self.leds = Leds(self, stage.leds) if stage.leds else None
@@ -137,7 +139,7 @@ class BenchCore:
         self._found = []
         self._began_at = self.now()
         self.watch = self._new_watch(off=False)
-        self._rates = [(0, self.watch.clock.bit_ns)]
+        self.rates = [(0, self.watch.clock.bit_ns)]
 
     def begin_example(self) -> None:
         """An example of a property begins: the one before is counted, and its record let go."""
@@ -154,6 +156,7 @@ class BenchCore:
         """Frames and bus time of what has ended go to the totals of the run."""
         self.heard_at_all = self.heard_at_all or self.trace.hears_others()
         self.frames += len(self.trace)
+        self.census.add(self.trace)
         self.bus_ns += max(self.now() - self._began_at, 0)
 
     def _close_watch(self, *, off: bool, until: int | None = None) -> None:
@@ -162,7 +165,7 @@ class BenchCore:
         end = self._known_until if until is None else until
         self._found.extend(self.watch.finish(end, self.lateness))
         self.watch = self._new_watch(off=off)
-        self._rates.append((len(self.trace), self.watch.clock.bit_ns))
+        self.rates.append((len(self.trace), self.watch.clock.bit_ns))
 
     def note(self, moment: Moment) -> Moment:
         """Put a stimulus into the trace, in its place among the frames.
@@ -179,7 +182,7 @@ class BenchCore:
                 later.append(item)
         self.trace.note(moment)
         self.watch.did(moment)
-        self._rates.append((len(self.trace), self.watch.clock.bit_ns))
+        self.rates.append((len(self.trace), self.watch.clock.bit_ns))
         for item in later:
             self.take(item)
         return moment
@@ -211,7 +214,7 @@ class BenchCore:
     def seen(self, index: int) -> Seen:
         """The frame with that index in the trace, with its causal interval."""
         frame, at, _, own = self.trace.frame(index)
-        bit_ns = self._rates[bisect_right(self._rates, (index, FOREVER)) - 1][1]
+        bit_ns = self.rates[bisect_right(self.rates, (index, FOREVER)) - 1][1]
         latest = at - frame.bits * bit_ns if bit_ns else at
         return Seen(frame, at, Interval(min(self._earliest[index], latest), latest), own, index)
 

@@ -13,7 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from hil_tests.reporting.files import RecordUnreadable
-from hil_tests.reporting.results import OUTCOMES, SCHEMA, TestResult, Totals, VerdictRow
+from hil_tests.reporting.results import INTERRUPTED, SCHEMA
+from hil_tests.reporting.rows import OUTCOMES, TestResult, TraceFile, VerdictRow
+from hil_tests.reporting.tally import Tally, Totals
+
+RESULTS = "results.json"
+"""Name of the file in the folder of a run."""
 
 _HEAD_LINES = 3
 
@@ -24,9 +29,15 @@ class Results:
 
     run: Mapping[str, Any]
     results: tuple[TestResult, ...]
+    requirements: Mapping[str, Any]
+    """How each requirement stands, by id."""
     totals: Mapping[str, Any]
     finished: bool
     """The run came to its end; else it was killed, or still goes on."""
+    state: str
+    """"complete"; or "interrupted": killed, told to stop, or still going on."""
+    under_way: Mapping[str, Any] | None
+    """The test that was under way, and where its recording is."""
     summary: Mapping[str, Any]
     torn: bool = False
     """The file was cut within its last item; totals are counted anew."""
@@ -77,10 +88,19 @@ def _mended(text: str, error: ValueError) -> object:
     except (ValueError, KeyError, TypeError):
         raise _Wrong(f"is no JSON: {error}") from None
     items += _whole_items(lines[_HEAD_LINES:])
-    totals = Totals()
+    totals, tally = Totals(), Tally()
     for place, item in enumerate(items):
-        totals = totals.plus(_result(item, f"results[{place}]").to_json())
-    return {**document, "totals": totals.to_json(), "finished": False, "summary": {}}
+        result = _result(item, f"results[{place}]").to_json()
+        totals = totals.plus(result)
+        tally.add(totals.tests, result)
+    sums = {"requirements": tally.to_json(), "totals": totals.to_json()}
+    end: dict[str, Any] = {
+        "under_way": None,
+        "finished": False,
+        "state": INTERRUPTED,
+        "summary": {},
+    }
+    return {**document, **sums, **end}
 
 
 def _whole_items(lines: Iterable[str]) -> Iterator[dict[str, Any]]:
@@ -102,8 +122,11 @@ def _results(document: Mapping[str, Any], torn: bool) -> Results:
     return Results(
         run=run,
         results=tuple(_result(item, f"results[{place}]") for place, item in enumerate(items)),
+        requirements=_field(document, "requirements", dict, ""),
         totals=_field(document, "totals", dict, ""),
         finished=_field(document, "finished", bool, ""),
+        state=_field(document, "state", str, ""),
+        under_way=_field(document, "under_way", dict, "") if document.get("under_way") else None,
         summary=_field(document, "summary", dict, ""),
         torn=torn,
     )
@@ -141,18 +164,35 @@ def _text_or_none(table: Any, key: str, place: str) -> str | None:
     return None if table.get(key) is None else str(_field(table, key, str, place))
 
 
+def _int_or_none(table: Any, key: str, place: str) -> int | None:
+    return None if table.get(key) is None else int(_field(table, key, int, place))
+
+
+def _trace(item: Any, place: str) -> TraceFile | None:
+    path = _text_or_none(item, "trace", place)
+    if path is None:
+        return None
+    total = _text_or_none(item, "trace_sha256", place) or ""
+    return TraceFile(path, total, _int_or_none(item, "trace_frames", place) or 0)
+
+
 def _result(item: Any, place: str) -> TestResult:
     rows = _field(item, "verdicts", list, place, [])
     claims = _field(item, "requirements", list, place, [])
     return TestResult(
         test=_field(item, "test", str, place),
         outcome=_outcome(item, place),
+        title=_field(item, "title", str, place, ""),
         seconds=_field(item, "seconds", float, place, 0.0),
         bus_ns=_field(item, "bus_ns", int, place, 0),
         frames=_field(item, "frames", int, place, 0),
+        error_frames=_field(item, "error_frames", int, place, 0),
+        losses=_field(item, "losses", int, place, 0),
+        lost=_field(item, "lost", int, place, 0),
+        busy_ns=_int_or_none(item, "busy_ns", place),
         requirements=tuple(str(claim) for claim in claims),
         verdicts=tuple(_row(row, f"{place}.verdicts[{n}]") for n, row in enumerate(rows)),
-        trace=_text_or_none(item, "trace", place),
+        trace=_trace(item, place),
         reproduce=_text_or_none(item, "reproduce", place),
         text=_field(item, "text", str, place, ""),
     )
@@ -169,6 +209,7 @@ def _row(row: Any, place: str) -> VerdictRow:
         measured_ns=measured,  # type: ignore[arg-type]  # None was refused above
         limits_ns=_pair(row, "limits_ns", place),
         text=_field(row, "text", str, place, ""),
+        at=_int_or_none(row, "at", place),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from hil_tests.requirements.catalogue import (
     FACILITIES,
+    LENIENT,
     Kind,
     LimitDefault,
     Requirement,
@@ -12,4 +13,4 @@ from hil_tests.requirements.catalogue import (
     parse,
 )
 
-__all__ = ["FACILITIES", "Kind", "LimitDefault", "Requirement", "load", "near", "parse"]
+__all__ = ["FACILITIES", "LENIENT", "Kind", "LimitDefault", "Requirement", "load", "near", "parse"]

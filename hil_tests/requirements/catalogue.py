@@ -43,6 +43,10 @@ class Kind(Enum):
     """Recorded as a characteristic of the device, never a verdict."""
 
 
+LENIENT = frozenset((Kind.DERIVED, Kind.CHOICE))
+"""A device outside one of these is observed; it fails with --can-strict only."""
+
+
 class LimitDefault(NamedTuple):
     """A limit of the device profile, and what it is where a profile leaves it out."""
 

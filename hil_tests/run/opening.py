@@ -35,7 +35,7 @@ def start_run(config: pytest.Config) -> Run:
     config.add_cleanup(take_sigterm_as_interrupt())
     command = [str(part) for part in config.invocation_params.args]
     try:
-        run = Run(stash.plan_of(config), datetime.now(UTC), command)
+        run = Run(stash.plan_of(config), datetime.now(UTC), command, config.rootpath)
         config.stash[stash.RUN] = run
         run.open(partial(open_bench, capture=PytestCapture(config)))
     except ConfigError as error:

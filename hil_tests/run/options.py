@@ -84,6 +84,11 @@ OPTIONS = (
         default="keypad",
     ),
     Option("can-node-id", "node id of the device; overrides bench file and profile", "N", "int"),
+    Option(
+        "can-serial",
+        "serial number of the device, as it stands on its label: its runs are kept together by it",
+        "TEXT",
+    ),
     Option("can-eds", "EDS file of a generic device (not with the keypad profile)", "FILE"),
     Option(
         "can-bench",

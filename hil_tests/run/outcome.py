@@ -16,7 +16,7 @@ from hil_tests.judge.verdict import (
     Outcome,
     Verdict,
 )
-from hil_tests.requirements import Kind, Requirement
+from hil_tests.requirements import LENIENT, Requirement
 
 ERROR = "error"
 PASSED = "passed"
@@ -53,7 +53,7 @@ def classify(error: BaseException | None, kinds: Mapping[str, Requirement], stri
         return PASSED
     if isinstance(error, DeviceFailure):
         known = kinds.get(error.verdict.requirement)
-        lenient = known is not None and known.kind in {Kind.DERIVED, Kind.CHOICE}
+        lenient = known is not None and known.kind in LENIENT
         return OBSERVATION if lenient and not strict else FAILED
     for kind, found in _PLAIN:
         if isinstance(error, kind):

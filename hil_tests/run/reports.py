@@ -10,6 +10,7 @@ import pytest
 from hil_tests.errors import BenchError
 from hil_tests.judge.verdict import DeviceFailure, InconclusiveResult
 from hil_tests.run import outcome, terminal
+from hil_tests.run.rows import Ending
 from hil_tests.run.session import BROKEN, Told
 from hil_tests.run.stash import claimed
 
@@ -57,7 +58,7 @@ def conclude(
     where = f"{report.location[0]}:{(report.location[1] or 0) + 1}"
     text = _text(error, run, where)
     test = item.nodeid if report.when != "teardown" else f"{item.nodeid} (teardown)"
-    trace = run.store(test, found, call.duration, claimed(item), text)
+    trace = run.store(Ending(test, found, call.duration, claimed(item), text, _title(item)))
     why = terminal.one_line(_why(error))
     if found not in {outcome.PASSED, outcome.FAILED, outcome.ERROR}:
         run.told.append(Told(test, found, why, trace))
@@ -72,6 +73,12 @@ def conclude(
             report.longrepr = Story("\n".join([text, *tail]), why)  # type: ignore[assignment]
         else:
             report.sections.append(("nodeproof", "\n".join(tail)))
+
+
+def _title(item: pytest.Item) -> str:
+    """The fact that a test states: the first paragraph of its docstring, on one line."""
+    text = getattr(getattr(item, "obj", None), "__doc__", None) or ""
+    return " ".join(text.strip().partition("\n\n")[0].split())
 
 
 def _outcome(error: BaseException | None, report: pytest.TestReport, run: Run) -> str:

@@ -5,26 +5,30 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hil_tests.clock import FOREVER
 from hil_tests.errors import BenchError
 from hil_tests.reporting.pcapng import PcapngSink
-from hil_tests.reporting.results import ResultsFile, TestResult, VerdictRow
+from hil_tests.reporting.results import COMPLETE, INTERRUPTED, ResultsFile
+from hil_tests.reporting.rows import TraceFile
 from hil_tests.reporting.rundir import RunDirectory
-from hil_tests.run import outcome
+from hil_tests.run import outcome, rows
 from hil_tests.run.header import header
 from hil_tests.run.options import OPTIONS
+from hil_tests.run.rows import Ending
 
 if TYPE_CHECKING:
     from hil_tests.bench.bench import Bench
-    from hil_tests.judge.verdict import Limits, Verdict
+    from hil_tests.judge.verdict import Verdict
     from hil_tests.run.plan import Plan
 
 
 BROKEN = "the bench is broken"
+_STOPPED = {2, 3}
+"""Exit statuses of pytest: somebody stopped it, or it broke."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,14 +55,18 @@ class Run:
         plan: what is tested, and on what.
         started: now, with a time zone; names the folder.
         command: the command line, for the results and for repeating a test.
+        root: where the tests lie; None = nobody asks for their state in git.
 
     Raises:
         ConfigError: there is no place for its folder.
     """
 
-    def __init__(self, plan: Plan, started: datetime, command: Sequence[str]) -> None:
+    def __init__(
+        self, plan: Plan, started: datetime, command: Sequence[str], root: Path | None = None
+    ) -> None:
         self.plan = plan
         self.command = tuple(command)
+        self._root = root
         self.folder = RunDirectory.create(Path(plan.settings["can_reports"]), started)
         self.outcomes: dict[str, str] = {}
         self.told: list[Told] = []
@@ -68,7 +76,7 @@ class Run:
         """What went wrong besides the tests; each costs the run its good end."""
         self._bench: Bench | None = None
         self._sink: PcapngSink | None = None
-        self._marks = (0, 0)
+        self._before = rows.reading(None)
         self._started = started
         self._results: ResultsFile | None = None
 
@@ -80,7 +88,7 @@ class Run:
             self._bench = opener(self.plan)
         except BenchError as error:
             self.broken = error
-        head = header(self.plan, self._bench, self._started, self.command)
+        head = header(self.plan, self._bench, self._started, self.command, self._root)
         try:
             self._results = ResultsFile(self.folder.path / "results.json", head)
         except BenchError as error:
@@ -115,7 +123,10 @@ class Run:
         """A test begins; with `keep_trace` its record is written as it comes."""
         bench = self.bench
         self._sink = self._new_sink(test, "") if keep_trace else None
-        self._marks = (bench.frames, bench.bus_ns)
+        self._before = rows.reading(bench)
+        if self._results is not None:
+            trace = self.folder.relative(self._sink.path) if self._sink else None
+            self._try(partial(self._results.begin, test, trace))
         bench.begin(*([self._sink] if self._sink else []))
 
     def _new_sink(self, test: str, part: str) -> PcapngSink:
@@ -153,21 +164,20 @@ class Run:
             return cause
         return error
 
-    def keep(self) -> str:
-        """Close the record of the test; its path relative to the run's folder, "" = none."""
-        sink = self._sink
-        if sink is None:
-            return ""
+    def keep(self) -> TraceFile | None:
+        """Close the record of the test; None = there is none."""
+        sink, bench = self._sink, self._bench
+        if sink is None or bench is None:
+            return None
         self._sink = None
-        bench = self._bench
         try:
-            for verdict in bench.verdicts if bench else ():
+            for verdict in bench.verdicts:
                 at = verdict.at if verdict.at is not None else 0
                 sink.mark(at, str(verdict), {"outcome": verdict.outcome.value})
             sink.close()
         except BenchError as error:
             self._problem(error)
-        return self.folder.relative(sink.path)
+        return rows.trace_file(sink.path, self.folder.relative(sink.path), len(bench.trace))
 
     def keep_last_example(self, test: str) -> None:
         """Write the record in memory: the last example of a property that failed."""
@@ -181,37 +191,38 @@ class Run:
         except BenchError as error:
             self._problem(error)
 
-    def store(
-        self, test: str, came_of_it: str, seconds: float, claimed: Sequence[str], text: str
-    ) -> str:
+    def store(self, ending: Ending) -> str:
         """Write the result of a test; the path of its record, "" = none."""
         bench = self._bench
         verdicts = list(bench.verdicts) if bench else []
         trace = self.keep()
-        self.outcomes[test] = came_of_it
+        self.outcomes[ending.test] = ending.outcome
         self.verdicts.extend(verdicts)
-        frames, bus_ns = (bench.frames, bench.bus_ns) if bench else (0, 0)
-        result = TestResult(
-            test=test,
-            outcome=came_of_it,
-            seconds=seconds,
-            bus_ns=bus_ns - self._marks[1],
-            frames=frames - self._marks[0],
-            requirements=tuple(claimed),
-            verdicts=[_row(each, claimed) for each in verdicts],
-            trace=trace or None,
-            reproduce=self.reproduce(test),
-            text=text,
+        after = rows.reading(bench)
+        strict = bool(self.plan.settings["can_strict"])
+        result = rows.result_of(
+            ending,
+            rows.verdict_rows(verdicts, ending, self.plan.requirements, strict=strict),
+            (self._before, after),
+            busy=rows.busy_ns(bench) if bench and trace else None,
+            trace=trace,
+            reproduce=self.reproduce(ending.test),
         )
-        self._marks = (frames, bus_ns)
+        self._before = after
         if bench:
             bench.verdicts = []
         if self._results is not None:
-            try:
-                self._results.add(result.to_json())
-            except BenchError as error:
-                self._problem(error)
-        return trace
+            self._try(partial(self._results.add, result.to_json()))
+        return trace.path if trace else ""
+
+    def _try(self, write: Callable[[], None]) -> bool:
+        """Write something; what goes wrong is a problem of the run. Whether all went well."""
+        try:
+            write()
+        except BenchError as error:
+            self._problem(error)
+            return False
+        return True
 
     def reproduce(self, test: str) -> str:
         """A command line that repeats one test as it ran here."""
@@ -245,10 +256,8 @@ class Run:
             broken=bool(self.problems),
         )
         if self._results is not None:
-            try:
-                self._results.finish(self.summary(status))
-            except BenchError as error:
-                self._problem(error)
+            state = INTERRUPTED if own in _STOPPED else COMPLETE
+            if not self._try(partial(self._results.finish, self.summary(status), state)):
                 status = status if status == 1 else 11
         return status
 
@@ -271,8 +280,11 @@ class Run:
     def summary(self, status: int) -> Mapping[str, Any]:
         """Last words for the results."""
         bench = self._bench
+        ended = datetime.now(UTC)
         return {
             "exit_status": status,
+            "ended": ended.isoformat(),
+            "seconds": round((ended - self._started).total_seconds(), 6),
             "problems": list(self.problems),
             "bus_ns": bench.bus_ns if bench else 0,
             "frames": bench.frames if bench else 0,
@@ -295,21 +307,3 @@ def own_options(command: Sequence[str], seed: str) -> list[str]:
         if word.startswith("--can-") and not word.startswith("--can-seed="):
             kept.append(shlex.quote(word))
     return [*kept, seed]
-
-
-def _row(verdict: Verdict, claimed: Sequence[str]) -> VerdictRow:
-    measured = verdict.measured
-    return VerdictRow(
-        requirement=verdict.requirement or (claimed[0] if claimed else ""),
-        outcome=verdict.outcome.value,
-        what=verdict.text,
-        measured_ns=(measured.earliest, measured.latest) if measured else None,
-        limits_ns=_limits(verdict.limits) if verdict.limits else None,
-        text=str(verdict),
-    )
-
-
-def _limits(limits: Limits) -> tuple[int | None, int | None]:
-    low = None if limits.at_least_ns <= -FOREVER else limits.at_least_ns
-    high = None if limits.at_most_ns >= FOREVER else limits.at_most_ns
-    return low, high

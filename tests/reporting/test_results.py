@@ -8,105 +8,77 @@ import signal
 import subprocess
 import sys
 import textwrap
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-import hil_tests.reporting
 from hil_tests.errors import BenchError
 from hil_tests.reporting.files import RecordUnreadable
-from hil_tests.reporting.results import OUTCOMES, ResultsFile, TestResult, VerdictRow
+from hil_tests.reporting.results import (
+    INTERRUPTED,
+    OUTCOMES,
+    ResultsFile,
+    TestResult,
+    TraceFile,
+    VerdictRow,
+)
 from hil_tests.reporting.results_reader import load_results
+from hil_tests.reporting.schema import breaches, results_schema
 
 HEADER = {
     "started": "2025-01-31T12:00:00Z",
     "command": ["pytest", "--can-seed", "7"],
     "options": {"can_seed": {"value": 7, "source": "command line"}},
     "versions": {"python": "3.11.2"},
-    "bus": {"channel": "virtual", "timed": True},
-    "device": {"kind": "model", "node_id": 5},
+    "git": {"commit": "c0ffee", "dirty": True},
+    "bus": {"interface": "virtual time", "channel": "-", "bit_rate": 250000, "timed": True},
+    "device": {
+        "kind": "virtual",
+        "why": "no --can-iface given",
+        "profile": {"name": "keypad", "kind": "keypad", "path": "k.toml", "sha256": None},
+        "eds": None,
+        "node_id": 5,
+        "serial": "A-1",
+        "identity": {},
+        "mutant": None,
+    },
     "clock": {"text": "virtual time", "doubt_ns": 0},
     "seed": 7,
-    "bench": None,
+    "bench": {"name": "virtual", "file": None, "facilities": [], "drivers": {}},
+    "requirements": {
+        "HB-01": {
+            "text": "It beats.",
+            "class": "timing",
+            "source": "the keypad's source",
+            "clause": "3",
+            "origin": "source",
+            "needs": [],
+        }
+    },
 }
 FULL = TestResult(
     test="hil_tests/acceptance/test_heartbeat.py::test_cadence[100 ms]",
     outcome="failed",
+    title="It beats on time.",
     seconds=0.25,
     bus_ns=2_000_000_000,
     frames=21,
+    error_frames=1,
+    losses=2,
+    lost=3,
+    busy_ns=4,
     requirements=("HB-01",),
     verdicts=(
-        VerdictRow("HB-01", "failed", "interval", (99, 106), (95, 105), "too late"),
+        VerdictRow("HB-01", "failed", "interval", (99, 106), (95, 105), "too late", 7),
         VerdictRow("HB-02", "passed", limits_ns=(None, 5)),
         VerdictRow("HB-03", "observation", text="“näher”\n"),
     ),
-    trace="traces/cadence.pcapng",
+    trace=TraceFile("traces/cadence.pcapng", "0" * 64, 21),
     reproduce="pytest 'x::y[100 ms]' --can-seed 7",
     text="line one\nline two",
 )
-
-
-def schema() -> dict[str, Any]:
-    """The schema that ships."""
-    place = Path(hil_tests.reporting.__file__).with_name("results.schema.json")
-    found = json.loads(place.read_text("utf-8"))
-    assert isinstance(found, dict)
-    return found
-
-
-KINDS: Mapping[str, Any] = {
-    "object": dict,
-    "array": list,
-    "string": str,
-    "boolean": bool,
-    "null": type(None),
-    "integer": int,
-    "number": (int, float),
-}
-
-
-def is_kind(value: object, kind: str) -> bool:
-    """Whether a value is of a kind in JSON Schema's words."""
-    number = isinstance(value, bool) and kind in {"integer", "number"}
-    return isinstance(value, KINDS[kind]) and not number
-
-
-def breaches(
-    value: Any, rule: Mapping[str, Any], root: Mapping[str, Any], at: str
-) -> Iterator[str]:
-    """Where a document breaks a schema; knows the words that ours uses and no other."""
-    if "$ref" in rule:
-        yield from breaches(value, root["$defs"][rule["$ref"].rpartition("/")[2]], root, at)
-        return
-    known = {"type", "const", "enum", "required", "properties", "additionalProperties", "items"}
-    unknown = set(rule) - known - {"minItems", "maxItems", "minimum", "$schema", "title", "$defs"}
-    assert not unknown, unknown
-    kinds = rule.get("type", [])
-    kinds = [kinds] if isinstance(kinds, str) else kinds
-    if kinds and not any(is_kind(value, kind) for kind in kinds):
-        yield f"{at}: {value!r} is no {kinds}"
-    if value not in rule.get("enum", [value]) or value != rule.get("const", value):
-        yield f"{at}: {value!r}"
-    if isinstance(value, int) and value < rule.get("minimum", value):
-        yield f"{at}: {value!r} is too low"
-    if isinstance(value, list):
-        if not rule.get("minItems", 0) <= len(value) <= rule.get("maxItems", len(value)):
-            yield f"{at}: {len(value)} items"
-        for place, item in enumerate(value):
-            yield from breaches(item, rule.get("items", {}), root, f"{at}[{place}]")
-    if isinstance(value, dict):
-        yield from (
-            f"{at}.{key} is missing" for key in rule.get("required", []) if key not in value
-        )
-        for key, item in value.items():
-            inner = rule.get("properties", {}).get(key, rule.get("additionalProperties", {}))
-            if inner is False:
-                yield f"{at}.{key} is unknown"
-            else:
-                yield from breaches(item, inner, root, f"{at}.{key}")
 
 
 def document(path: Path) -> Any:
@@ -138,59 +110,44 @@ def test_what_is_written_is_read_back(tmp_path: Path) -> None:
 def test_the_file_obeys_its_schema_at_every_moment(tmp_path: Path) -> None:
     """Before the first test, after each one, and at the end: valid JSON of the schema."""
     path = tmp_path / "results.json"
-    rules = schema()
+    rules = results_schema()
     with ResultsFile(path, HEADER) as file:
         for number, outcome in enumerate(OUTCOMES):
-            assert list(breaches(document(path), rules, rules, "")) == []
+            assert list(breaches(document(path), rules)) == []
             assert document(path)["totals"]["tests"] == number
             assert document(path)["finished"] is False
+            assert document(path)["state"] == "interrupted"
+            assert document(path)["under_way"] is None
+            file.begin(f"t::{number}", None)
+            assert list(breaches(document(path), rules)) == []
+            assert document(path)["under_way"] == {"test": f"t::{number}", "trace": None}
             file.add(TestResult(f"t::{number}", outcome, verdicts=FULL.verdicts).to_json())
         file.finish({"exit_status": 0})
-    assert list(breaches(document(path), rules, rules, "")) == []
+    assert list(breaches(document(path), rules)) == []
     assert document(path)["finished"] is True
 
 
 def test_schema_and_documentation_know_every_outcome() -> None:
     """A new outcome is added in all three places."""
-    rules = schema()
+    rules = results_schema()
     assert rules["$defs"]["outcome"]["enum"] == list(OUTCOMES)
     assert set(OUTCOMES) < set(rules["properties"]["totals"]["required"])
     page = Path(__file__).parents[2] / "docs" / "results.md"
     assert [word for word in OUTCOMES if f"`{word}`" not in page.read_text("utf-8")] == []
 
 
-def test_the_schema_notices_what_is_wrong() -> None:
-    """The hand check is no rubber stamp."""
-    rules = schema()
-    bad = {"schema": "other", "run": [], "results": [{"test": 1, "outcome": "green"}], "x": 1}
-    found = list(breaches(bad, rules, rules, ""))
-    assert [entry.split(":")[0].split(" ")[0] for entry in found] == [
-        ".totals",
-        ".finished",
-        ".summary",
-        ".schema",
-        ".run",
-        ".results[0].test",
-        ".results[0].outcome",
-        ".x",
-    ]
-
-
-def test_a_shorter_end_leaves_no_rest_of_a_longer_one(tmp_path: Path) -> None:
-    """Where the new end is shorter than the old one, blanks stand behind it."""
+def test_a_run_that_was_told_to_stop_says_so(tmp_path: Path) -> None:
+    """It came to its end, exit status and all, and is interrupted nevertheless."""
     path = tmp_path / "results.json"
-    with ResultsFile(path, {}) as file:
-        file.add({"test": "a", "outcome": "passed", "seconds": 0.123456})
-        size = path.stat().st_size
-        file._write(file._tail(file.totals, {}), file._end)
-        assert path.stat().st_size == size
-        assert document(path)["finished"] is True
+    with ResultsFile(path, HEADER) as file:
+        file.finish({"exit_status": 2}, INTERRUPTED)
+    assert (load_results(path).finished, load_results(path).state) == (True, "interrupted")
 
 
 def test_adding_never_rewrites_what_stands(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """One write a test, no longer for the thousandth than for the second."""
+    """One write a test, no longer for the thousandth than for the third."""
     sizes: list[int] = []
     real = os.pwrite
 
@@ -203,7 +160,7 @@ def test_adding_never_rewrites_what_stands(
         for _ in range(1000):
             file.add({"test": "a", "outcome": "passed"})
     assert len(sizes) == 1000
-    assert sizes[999] <= sizes[1] + 20
+    assert sizes[999] <= sizes[2] + 20
 
 
 def test_a_result_that_cannot_be_stored_changes_nothing(tmp_path: Path) -> None:
@@ -243,15 +200,16 @@ def test_a_killed_run_leaves_what_it_had(tmp_path: Path) -> None:
 
 
 def test_wherever_the_last_write_was_torn_the_results_before_it_are_read(tmp_path: Path) -> None:
-    """A write that reached the disk in part costs at most the item it carried."""
+    """A file that a power cut shortened loses at most the items that were cut off."""
     path = tmp_path / "results.json"
     with ResultsFile(path, HEADER) as file:
         file.add(FULL.to_json())
-        before, end = path.read_bytes(), file._end
+        before = path.read_bytes()
         file.add({"test": "t::last", "outcome": "passed", "text": "y" * 300})
         after = path.read_bytes()
-    for size in range(end, len(after), 9):
-        path.write_bytes(after[:size] + before[size:])
+    end = before.index(b"\n],\n")
+    for size in range(end, len(after) - 1, 9):
+        path.write_bytes(after[:size])
         run = load_results(path)
         assert [result.test for result in run.results] in ([FULL.test], [FULL.test, "t::last"])
         assert run.totals["tests"] == len(run.results)
@@ -323,15 +281,18 @@ def test_a_file_that_is_not_there_or_no_text_is_named(tmp_path: Path) -> None:
 def test_a_full_disk_is_an_error_of_the_bench(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """With the option that helps; nothing is silently lost."""
+    """With the option that helps; what could not be written comes with the next result."""
     path = tmp_path / "results.json"
+    real = os.pwrite
     with ResultsFile(path, {}) as file:
+        before = path.read_bytes()
         with Path("/dev/full").open("wb") as full, monkeypatch.context() as patch:
-            patch.setattr(file, "_descriptor", full.fileno())
+            patch.setattr(os, "pwrite", lambda _, *rest: real(full.fileno(), *rest))
             with pytest.raises(BenchError, match=r"No space left.*--can-reports"):
                 file.add({"test": "a", "outcome": "passed"})
+        assert path.read_bytes() == before
         file.add({"test": "b", "outcome": "passed"})
-    assert [result.test for result in load_results(path).results] == ["b"]
+    assert [result.test for result in load_results(path).results] == ["a", "b"]
 
 
 def test_an_older_file_is_not_overwritten(tmp_path: Path) -> None:

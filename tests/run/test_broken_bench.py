@@ -209,7 +209,7 @@ def test_two(bench):
 
 FULL = """
     for file in pathlib.Path("/proc/self/fd").iterdir():
-        if os.path.realpath(file) == str(latest / "results.json"):
+        if ".results.json." in os.path.realpath(file):
             os.dup2(os.open("/dev/full", os.O_RDWR), int(file.name))
 """
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from hil_tests.reporting.check import check_run
 from hil_tests.reporting.pcapng import read_pcapng
 from hil_tests.reporting.results_reader import load_results
 from tests.drivers.peers import answer, scripted
@@ -84,10 +85,13 @@ def test_a_killed_run_leaves_valid_results_and_its_traces(tmp_path: Path) -> Non
     run = tmp_path / "reports" / "latest"
     found = load_results(run / "results.json")
     assert not found.torn
-    assert not found.finished
+    assert (found.finished, found.state) == (False, "interrupted")
+    assert found.under_way is not None
+    assert found.under_way["test"].endswith("test_in_the_middle")
+    assert check_run(run) == []
     assert [result.outcome for result in found.results] == ["passed"]
     assert found.results[0].trace is not None
-    assert list(read_pcapng(run / found.results[0].trace))
+    assert list(read_pcapng(run / found.results[0].trace.path))
 
 
 def test_a_killed_run_in_real_time_keeps_the_record_of_its_last_test(tmp_path: Path) -> None:
@@ -121,7 +125,7 @@ def test_an_interrupted_run_puts_everything_back(tmp_path: Path, how: signal.Sig
     assert asked == ["power True", "power False", "power True", "bye"]
     run = Judged(2, text, tmp_path / "reports")
     assert run.outcomes == {"test_before": "passed"}
-    assert run.results["finished"] is True
+    assert (run.results["finished"], run.results["state"]) == (True, "interrupted")
     assert run.results["summary"]["exit_status"] == 2
     assert len(run.traces()) == 2
     assert "KeyboardInterrupt" in text
