@@ -6,6 +6,7 @@ from hil_tests.bench.bench import COMMISSIONING_RATE, Bench, payload
 from hil_tests.bench.facilities import BitRate, Keys, Leds, Power
 from hil_tests.bench.judging import LOOK_ON_NS
 from hil_tests.bench.lss import Lss
+from hil_tests.bench.master import Master
 from hil_tests.bench.sdo import Sdo
 from hil_tests.clients import accepted, lss, sdo_frames
 from hil_tests.clients.lss import Identity
@@ -28,6 +29,7 @@ from hil_tests.judge.verdict import (
     Outcome,
     Verdict,
 )
+from hil_tests.manager import Manager, What
 from hil_tests.trace import EventKind, Moment
 from node_model.frame import Frame
 
@@ -54,6 +56,8 @@ __all__ = [
     "Leds",
     "Limits",
     "Lss",
+    "Manager",
+    "Master",
     "Moment",
     "Nmt",
     "NotApplicable",
@@ -67,6 +71,7 @@ __all__ = [
     "State",
     "Upload",
     "Verdict",
+    "What",
     "accepted",
     "around",
     "cobs",

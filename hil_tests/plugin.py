@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from hil_tests.bench.bench import Bench
     from hil_tests.bench.facilities import BitRate, Keys, Leds, Power
     from hil_tests.bench.lss import Lss
+    from hil_tests.bench.master import Master
     from hil_tests.bench.sdo import Sdo
     from hil_tests.config import DeviceProfile
     from hil_tests.config.limits import ProfileLimits
@@ -142,6 +143,14 @@ def lss(bench: Bench) -> Lss:
     from hil_tests.bench.lss import Lss  # noqa: PLC0415 - where a test asks for it
 
     return Lss(bench)
+
+
+@pytest.fixture(scope="session")
+def master(bench: Bench) -> Master:
+    """The NMT master of the bench; `master.meet()` gives a test its manager of the device."""
+    from hil_tests.bench.master import Master  # noqa: PLC0415 - where a test asks for it
+
+    return Master(bench)
 
 
 @pytest.fixture(scope="session")
