@@ -17,10 +17,10 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 
 from hil_tests.bench import real
-from hil_tests.bench.bench import Bench
 from hil_tests.bench.drivers.model import HostedModel
+from hil_tests.bench.keypad import KeypadBench
 from hil_tests.bus.choose import open_port
-from hil_tests.config import DeviceProfile, load_profile
+from hil_tests.config import KeypadProfile, load_keypad
 from hil_tests.judge.verdict import NotRun, Outcome, Verdict
 from hil_tests.run.plan import ALL_FACILITIES
 from hil_tests.scenarios.corpus import Stored, is_timed, stored
@@ -29,7 +29,9 @@ from node_model.faults import MUTANTS, VARIANTS
 
 
 @contextmanager
-def hosted(profile: DeviceProfile, name: str, interface: str, channel: str) -> Iterator[Bench]:
+def hosted(
+    profile: KeypadProfile, name: str, interface: str, channel: str
+) -> Iterator[KeypadBench]:
     """A bench with one model."""
     with ExitStack() as leave:
         port = open_port(interface, channel, None)
@@ -42,13 +44,13 @@ def hosted(profile: DeviceProfile, name: str, interface: str, channel: str) -> I
         leave.callback(model.close)
         session = real.open_session(stage, model.address, leave)
         real.fit_control(stage, session, ALL_FACILITIES, list(profile.led_bits))
-        bench = Bench(stage, profile, profile.factory)
+        bench = KeypadBench(stage, profile, profile.factory)
         if bench.bitrate:
             bench.bitrate.set(stage.bit_rate)
         yield bench
 
 
-def failures(bench: Bench, stories: Sequence[Stored]) -> Iterator[Verdict]:
+def failures(bench: KeypadBench, stories: Sequence[Stored]) -> Iterator[Verdict]:
     """What is certainly wrong, scenario after scenario."""
     for each in stories:
         bench.begin()
@@ -72,7 +74,7 @@ def blame(verdicts: Iterator[Verdict], violates: set[str]) -> tuple[bool, list[s
 
 def kills(corpus: Sequence[Stored], names: Sequence[str], interface: str, channel: str) -> int:
     """Every faulty model that the corpus knows; 0 where at least 95 % are blamed."""
-    profile = load_profile("keypad")
+    profile = load_keypad("keypad")
     killed, shown = 0, 0
     for name in names:
         stories = [each for each in corpus if name in each.finds]
@@ -90,7 +92,7 @@ def kills(corpus: Sequence[Stored], names: Sequence[str], interface: str, channe
 
 def harm(corpus: Sequence[Stored], names: Sequence[str], interface: str, channel: str) -> int:
     """Every conforming model, and everything stored."""
-    profile, harmed = load_profile("keypad"), 0
+    profile, harmed = load_keypad("keypad"), 0
     for name in names:
         departs = set(VARIANTS[name].departs)
         began = time.monotonic()

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from hil_tests.bench.bench import COMMISSIONING_RATE, Bench, payload
+from hil_tests.bench.bench import Bench
 from hil_tests.bench.facilities import BitRate, Keys, Leds, Power
 from hil_tests.bench.judging import LOOK_ON_NS
+from hil_tests.bench.keypad import COMMISSIONING_RATE, KeypadBench, payload
 from hil_tests.bench.lss import Lss
 from hil_tests.bench.master import Master
 from hil_tests.bench.sdo import Sdo
@@ -14,7 +15,7 @@ from hil_tests.clients.sdo import Abort, Download, Upload
 from hil_tests.clients.sdo_block import BlockDownload, BlockUpload
 from hil_tests.clients.values import number, u8, u16, u32
 from hil_tests.clock import MS, Interval, S, exactly, show_span
-from hil_tests.config import ECHO_PERIOD_NS, DeviceProfile, Parameters
+from hil_tests.config import ECHO_PERIOD_NS, DeviceProfile, KeypadProfile, Parameters
 from hil_tests.errors import FrameNotCarried
 from hil_tests.judge import cobs, matchers
 from hil_tests.judge.causal import Seen
@@ -52,6 +53,8 @@ __all__ = [
     "Identity",
     "InconclusiveResult",
     "Interval",
+    "KeypadBench",
+    "KeypadProfile",
     "Keys",
     "Leds",
     "Limits",

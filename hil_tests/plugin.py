@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from hil_tests.bench.master import Master
     from hil_tests.bench.sdo import Sdo
     from hil_tests.config import DeviceProfile
-    from hil_tests.config.limits import ProfileLimits
+    from hil_tests.config.limits import DeviceLimits
 
 Facility = TypeVar("Facility")
 
@@ -57,6 +57,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
     plan = stash.plan_of(config)
     selection.check(ours, plan)
+    items[:], others = selection.of_kind(items, plan.requirements)
+    if others:
+        config.hook.pytest_deselected(items=others)
+        ours = [item for item in items if stash.is_ours(item)]
     if plan.settings["can_clause"]:
         items[:], others = selection.by_clause(items, plan.settings["can_clause"])
         config.hook.pytest_deselected(items=others)
@@ -160,7 +164,7 @@ def profile(bench: Bench) -> DeviceProfile:
 
 
 @pytest.fixture(scope="session")
-def limits(profile: DeviceProfile) -> ProfileLimits:
+def limits(profile: DeviceProfile) -> DeviceLimits:
     """Limits of the device."""
     return profile.limits
 

@@ -8,9 +8,9 @@ from dataclasses import replace
 from hil_tests.acceptance.nmt_steps import enter
 from hil_tests.api import (
     MS,
-    Bench,
     EventKind,
     Interval,
+    KeypadBench,
     NotRun,
     Outcome,
     S,
@@ -33,7 +33,7 @@ SPARE = 4
 _LOSSES = frozenset((EventKind.GAP, EventKind.OVERFLOW, EventKind.BUS_OFF, EventKind.DOWN))
 
 
-def period_ns(bench: Bench) -> int:
+def period_ns(bench: KeypadBench) -> int:
     """The commissioned heartbeat period.
 
     Raises:
@@ -45,19 +45,19 @@ def period_ns(bench: Bench) -> int:
     return found
 
 
-def enough(bench: Bench) -> int:
+def enough(bench: KeypadBench) -> int:
     """How many intervals a verdict asks for: 20, or 3 long ones where time is real."""
     long = period_ns(bench) > LONG_PERIOD_MS * MS
     return FEW if long and not bench.stage.virtual else ENOUGH
 
 
-def some_row(bench: Bench, first: Seen) -> list[Seen]:
+def some_row(bench: KeypadBench, first: Seen) -> list[Seen]:
     """`first` and as many beats more as a verdict on the period needs."""
     need = enough(bench)
     return row(bench, need + SPARE if need == ENOUGH else need, first)
 
 
-def settle_in(bench: Bench, state: State, requirement: str = "NMT-04") -> Seen:
+def settle_in(bench: KeypadBench, state: State, requirement: str = "NMT-04") -> Seen:
     """Command the node into a state; that it goes there is what `requirement` says.
 
     Returns:
@@ -70,14 +70,14 @@ def settle_in(bench: Bench, state: State, requirement: str = "NMT-04") -> Seen:
     return next_beat(bench, exactly(settled))
 
 
-def next_beat(bench: Bench, after: Seen | Interval, requirement: str = "HB-01") -> Seen:
+def next_beat(bench: KeypadBench, after: Seen | Interval, requirement: str = "HB-01") -> Seen:
     """The next beat; that it comes within a period is what `requirement` says."""
     each = bench.watch.expected.heartbeat_each
     matcher = matchers.heartbeat(bench.node_id)
     return bench.expect(matcher, after=after, within=each.at_most_ns, requirement=requirement)
 
 
-def row(bench: Bench, count: int, first: Seen) -> list[Seen]:
+def row(bench: KeypadBench, count: int, first: Seen) -> list[Seen]:
     """`first` and the next `count` beats; fails where one stays away."""
     period = period_ns(bench)
     matcher = matchers.heartbeat(bench.node_id)
@@ -87,14 +87,16 @@ def row(bench: Bench, count: int, first: Seen) -> list[Seen]:
     return beats
 
 
-def beats_since(bench: Bench, first: Seen) -> list[Seen]:
+def beats_since(bench: KeypadBench, first: Seen) -> list[Seen]:
     """`first` and all beats that came after it until now."""
     matcher = matchers.heartbeat(bench.node_id)
     bench.settle()
     return [first, *bench.collect(matcher, after=first, until=bench.now())]
 
 
-def judge_row(bench: Bench, beats: Sequence[Seen], requirement: str = "", what: str = "") -> None:
+def judge_row(
+    bench: KeypadBench, beats: Sequence[Seen], requirement: str = "", what: str = ""
+) -> None:
     """Each interval and their mean keep the limits.
 
     A mean of fewer than 20 intervals is held to the limits of one. Frames that the adapter
@@ -114,7 +116,7 @@ def judge_row(bench: Bench, beats: Sequence[Seen], requirement: str = "", what: 
     bench.conclude(verdict, since=begin)
 
 
-def lost_frames(bench: Bench, since: int, until: int) -> bool:
+def lost_frames(bench: KeypadBench, since: int, until: int) -> bool:
     """Whether frames got lost on their way to us between two instants."""
     return any(
         event.kind in _LOSSES and since <= event.at <= until for event in bench.trace.events()

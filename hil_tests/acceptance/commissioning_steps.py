@@ -11,8 +11,8 @@ import pytest
 from hil_tests.api import (
     ECHO_PERIOD_NS,
     MS,
-    Bench,
     Interval,
+    KeypadBench,
     Keys,
     Limits,
     Moment,
@@ -48,7 +48,7 @@ LONG_NS = 1500 * MS
 """Longer than any period that a node may have kept from before the example."""
 
 
-def answer(bench: Bench, request: Seen, parameters: bytes, requirement: str) -> Seen:
+def answer(bench: KeypadBench, request: Seen, parameters: bytes, requirement: str) -> Seen:
     """A request is answered, which is what `requirement` says; and by the right echo in time."""
     bench.expect(
         matchers.anything(), after=request, within=3 * ECHO_PERIOD_NS, requirement=requirement
@@ -56,14 +56,14 @@ def answer(bench: Bench, request: Seen, parameters: bytes, requirement: str) -> 
     return first_echo(bench, request, parameters)
 
 
-def waiting(bench: Bench) -> Seen | Moment:
+def waiting(bench: KeypadBench) -> Seen | Moment:
     """The node waits to be commissioned, and is silent before anything was done to it."""
     on = bench.enter_commissioning()
     bench.never(matchers.anything(), after=on, for_ns=LONG_NS, requirement="COM-01")
     return on
 
 
-def first_echo(bench: Bench, request: Seen, parameters: bytes) -> Seen:
+def first_echo(bench: KeypadBench, request: Seen, parameters: bytes) -> Seen:
     """The first echo, in time."""
     return bench.expect(
         matchers.echo(parameters),
@@ -73,7 +73,7 @@ def first_echo(bench: Bench, request: Seen, parameters: bytes) -> Seen:
     )
 
 
-def expect_echoes(bench: Bench, since: Seen, parameters: bytes, count: int) -> list[Seen]:
+def expect_echoes(bench: KeypadBench, since: Seen, parameters: bytes, count: int) -> list[Seen]:
     """The next echoes, all with these parameters and in their rhythm."""
     limits = bench.profile.limits
     echoes = bench.beats(
@@ -95,7 +95,7 @@ def expect_echoes(bench: Bench, since: Seen, parameters: bytes, count: int) -> l
 
 
 def boots_as(
-    bench: Bench,
+    bench: KeypadBench,
     parameters: Parameters,
     requirement: str,
     others: Iterable[int] = (),
@@ -136,7 +136,7 @@ def boots_as(
     return bench.expect(boot_up, after=on, within=limit_ns, requirement="NMT-02")
 
 
-def started_with(bench: Bench, **changes: int) -> tuple[Parameters, Seen]:
+def started_with(bench: KeypadBench, **changes: int) -> tuple[Parameters, Seen]:
     """Commissioned to the example with changes, and started: what to, and the boot-up."""
     bench.fresh()
     parameters = attrs.evolve(EXAMPLE, **changes)
@@ -144,7 +144,9 @@ def started_with(bench: Bench, **changes: int) -> tuple[Parameters, Seen]:
     return parameters, boots_as(bench, parameters, "COM-06")
 
 
-def expect_period(bench: Bench, boot: Seen, parameters: Parameters, requirement: str) -> None:
+def expect_period(
+    bench: KeypadBench, boot: Seen, parameters: Parameters, requirement: str
+) -> None:
     """Two heartbeats after boot-up are about the period apart (not the crowd right after it)."""
     period_ns, floor_ns = parameters.heartbeat_ns, bench.profile.limits.heartbeat_floor_ns
     begin: Seen | Interval = boot
@@ -164,7 +166,7 @@ def expect_period(bench: Bench, boot: Seen, parameters: Parameters, requirement:
     bench.measure(measured, around(period_ns, about_ns), text, requirement=requirement, since=boot)
 
 
-def press_and_release(bench: Bench, keys: Keys, requirement: str) -> None:
+def press_and_release(bench: KeypadBench, keys: Keys, requirement: str) -> None:
     """One key pressed and released is reported after the debounce time, both ways."""
     bench.wait(bench.profile.limits.command_ns)
     expect_report(bench, keys, keys.press(keys.names[-1]), requirement)
@@ -174,7 +176,7 @@ def press_and_release(bench: Bench, keys: Keys, requirement: str) -> None:
 
 
 def expect_report(
-    bench: Bench, keys: Keys, moved: Moment, requirement: str, *, missing: str = "KEY-02"
+    bench: KeypadBench, keys: Keys, moved: Moment, requirement: str, *, missing: str = "KEY-02"
 ) -> None:
     """What the keys did is told after about the debounce time, which is what `requirement` says.
 

@@ -10,8 +10,8 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from hil_tests.api import (
     MS,
-    Bench,
-    DeviceProfile,
+    KeypadBench,
+    KeypadProfile,
     Keys,
     Limits,
     Moment,
@@ -31,40 +31,40 @@ LINGER_NS = 100 * MS
 """How much longer than its limit a key frame is waited for, to tell late from missing."""
 
 
-def known(bench: Bench) -> Parameters:
+def known(bench: KeypadBench) -> Parameters:
     """What the device is commissioned to; stories and `bench.operational` see to it."""
     assert bench.parameters is not None
     return bench.parameters
 
 
-def mask_of(profile: DeviceProfile, names: Iterable[str]) -> int:
+def mask_of(profile: KeypadProfile, names: Iterable[str]) -> int:
     """The bits of some keys."""
     return sum(1 << profile.key_bits[name] for name in set(names))
 
 
-def too_short_ns(bench: Bench) -> int:
+def too_short_ns(bench: KeypadBench) -> int:
     """A press or release of this length must not be seen."""
     return known(bench).debounce_ns - bench.profile.limits.scan_ns - MARGIN_NS
 
 
-def long_enough_ns(bench: Bench) -> int:
+def long_enough_ns(bench: KeypadBench) -> int:
     """A press or release of this length must be seen."""
     return known(bench).debounce_ns + bench.profile.limits.scan_ns + MARGIN_NS
 
 
-def visible_ns(bench: Bench) -> int:
+def visible_ns(bench: KeypadBench) -> int:
     """A pause of this length cannot be missed between two readings of the keys."""
     return bench.profile.limits.scan_ns + MARGIN_NS
 
 
-def report_limits(bench: Bench) -> Limits:
+def report_limits(bench: KeypadBench) -> Limits:
     """From the last edge to the request of the key frame (KEY-05)."""
     limits, debounce_ns = bench.profile.limits, known(bench).debounce_ns
     earliest = max(debounce_ns - limits.scan_ns, 0)
     return Limits(earliest, debounce_ns + limits.scan_ns + limits.key_frame_ns)
 
 
-def settle(bench: Bench) -> None:
+def settle(bench: KeypadBench) -> None:
     """Wait until what the keys are now must have been reported, and a while longer.
 
     So that what comes late is not taken for missing.
@@ -72,7 +72,7 @@ def settle(bench: Bench) -> None:
     bench.wait(report_limits(bench).at_most_ns + LINGER_NS)
 
 
-def expect_held_shown(bench: Bench, keys: Keys, started: Seen) -> None:
+def expect_held_shown(bench: KeypadBench, keys: Keys, started: Seen) -> None:
     """The last key frame after a start shows exactly the keys that are held."""
     settle(bench)
     bench.wait(bench.profile.limits.command_ns)
@@ -82,7 +82,7 @@ def expect_held_shown(bench: Bench, keys: Keys, started: Seen) -> None:
 
 
 def expect_keys(
-    bench: Bench, names: Iterable[str], *, after: Moment | Seen, requirement: str = ""
+    bench: KeypadBench, names: Iterable[str], *, after: Moment | Seen, requirement: str = ""
 ) -> Seen:
     """A key frame with exactly these keys comes, and when the debounce time is over (KEY-05).
 
@@ -110,7 +110,7 @@ def expect_keys(
     return seen
 
 
-def key_masks(bench: Bench, after: Moment | Seen | int) -> list[int]:
+def key_masks(bench: KeypadBench, after: Moment | Seen | int) -> list[int]:
     """What the key frames since something have shown, in order."""
     matcher = matchers.key_frame(bench.node_id)
     found = bench.collect(matcher, after=after, until=bench.now())
@@ -118,7 +118,7 @@ def key_masks(bench: Bench, after: Moment | Seen | int) -> list[int]:
 
 
 def expect_masks(
-    bench: Bench, wanted: Sequence[int], *, after: Moment | Seen | int, requirement: str = ""
+    bench: KeypadBench, wanted: Sequence[int], *, after: Moment | Seen | int, requirement: str = ""
 ) -> None:
     """The key frames since something were these, no more and no fewer."""
     found = key_masks(bench, after)
@@ -130,7 +130,7 @@ def _show(masks: Sequence[int]) -> str:
     return " ".join(f"{mask:02X}h" for mask in masks) or "none"
 
 
-def needs_releases(bench: Bench) -> None:
+def needs_releases(bench: KeypadBench) -> None:
     """Raise NotApplicable for a board that reports presses only."""
     if not bench.profile.releases_reported:
         raise NotApplicable("the profile says that the board does not report releases")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from hil_tests.api import MS, Bench, Frame, Leds, Seen, cobs
+from hil_tests.api import MS, Frame, KeypadBench, Leds, Seen, cobs
 
 PREFERRED: Mapping[str, int] = {"node_id": 6}
 """No node id that a node might assume; right with any parameters."""
@@ -14,22 +14,22 @@ LINGER_NS = 100 * MS
 bench sees when an LED changes."""
 
 
-def led_mask(bench: Bench, names: Iterable[str]) -> int:
+def led_mask(bench: KeypadBench, names: Iterable[str]) -> int:
     """The bits of some LEDs."""
     return sum(1 << bench.profile.led_bits[name] for name in set(names))
 
 
-def led_data(bench: Bench, names: Iterable[str]) -> bytes:
+def led_data(bench: KeypadBench, names: Iterable[str]) -> bytes:
     """The map of some LEDs, as long as the profile says, first byte lowest."""
     return led_mask(bench, names).to_bytes(bench.profile.led_frame_bytes, "little")
 
 
-def settle(bench: Bench) -> None:
+def settle(bench: KeypadBench) -> None:
     """Wait until an LED frame must have taken effect, and a while longer."""
     bench.wait(bench.profile.limits.led_ns + LINGER_NS)
 
 
-def start_dark(bench: Bench, prefer: Mapping[str, int] = PREFERRED) -> None:
+def start_dark(bench: KeypadBench, prefer: Mapping[str, int] = PREFERRED) -> None:
     """Operational, both maps empty: what LEDs show after a start is our own reading (LED-21)."""
     bench.operational(prefer)
     bench.send(Frame(steady_id(bench), led_data(bench, ())))
@@ -37,31 +37,31 @@ def start_dark(bench: Bench, prefer: Mapping[str, int] = PREFERRED) -> None:
     settle(bench)
 
 
-def steady_id(bench: Bench) -> int:
+def steady_id(bench: KeypadBench) -> int:
     """COB-ID of the map of steady LEDs."""
     return cobs.LED_STEADY + bench.node_id
 
 
-def blink_id(bench: Bench) -> int:
+def blink_id(bench: KeypadBench) -> int:
     """COB-ID of the map of blinking LEDs."""
     return cobs.LED_BLINK + bench.node_id
 
 
-def set_steady(bench: Bench, names: Iterable[str]) -> Seen:
+def set_steady(bench: KeypadBench, names: Iterable[str]) -> Seen:
     """Exactly these LEDs are on, by 200h + id; waits for the effect."""
     sent = bench.send(Frame(steady_id(bench), led_data(bench, names)))
     settle(bench)
     return sent
 
 
-def set_blinking(bench: Bench, names: Iterable[str]) -> Seen:
+def set_blinking(bench: KeypadBench, names: Iterable[str]) -> Seen:
     """Exactly these LEDs blink, by 300h + id; waits for the effect."""
     sent = bench.send(Frame(blink_id(bench), led_data(bench, names)))
     settle(bench)
     return sent
 
 
-def show_both(bench: Bench, leds: Leds, on: Sequence[str], blink: Sequence[str]) -> Seen:
+def show_both(bench: KeypadBench, leds: Leds, on: Sequence[str], blink: Sequence[str]) -> Seen:
     """Both maps in use, each seen to work before it is looked at with the other."""
     sent = set_steady(bench, on)
     expect_lights(bench, leds, on=on, after=sent, requirement="LED-01")
@@ -71,7 +71,7 @@ def show_both(bench: Bench, leds: Leds, on: Sequence[str], blink: Sequence[str])
 
 
 def expect_lights(
-    bench: Bench,
+    bench: KeypadBench,
     leds: Leds,
     on: Iterable[str] = (),
     blink: Iterable[str] = (),
@@ -118,7 +118,7 @@ def _show(lights: Mapping[str, str]) -> str:
     return "; ".join(parts) or "all off"
 
 
-def no_led_bits(bench: Bench) -> int:
+def no_led_bits(bench: KeypadBench) -> int:
     """The bits of the map that belong to no LED."""
     every = (1 << 8 * bench.profile.led_frame_bytes) - 1
     return every & ~led_mask(bench, bench.profile.led_bits)

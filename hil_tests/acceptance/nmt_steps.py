@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from hil_tests.api import Bench, Nmt, Seen, State, cobs, matchers
+from hil_tests.api import KeypadBench, Nmt, Seen, State, cobs, matchers
 
 QUICK: Mapping[str, int] = {"heartbeat_ms": 100}
 """Preferred, so that the state is soon seen; right with any period but 0."""
@@ -30,7 +30,7 @@ def name_of(value: State | Nmt) -> str:
     return value.name.lower().replace("_", "-")
 
 
-def enter(bench: Bench, state: State, requirement: str = "NMT-04") -> Seen:
+def enter(bench: KeypadBench, state: State, requirement: str = "NMT-04") -> Seen:
     """Command the node into a state and see that it is there.
 
     Returns:
@@ -41,7 +41,7 @@ def enter(bench: Bench, state: State, requirement: str = "NMT-04") -> Seen:
     return command
 
 
-def expect_restart(bench: Bench, sent: Seen) -> Seen:
+def expect_restart(bench: KeypadBench, sent: Seen) -> Seen:
     """A reset brings a boot-up; how soon it must is NMT-06."""
     limit_ns = bench.profile.limits.boot_up_ns
     boot_up = matchers.boot_up(bench.node_id)
@@ -49,7 +49,7 @@ def expect_restart(bench: Bench, sent: Seen) -> Seen:
     return bench.expect(boot_up, after=sent, within=limit_ns, requirement="NMT-06")
 
 
-def expect_outcome(bench: Bench, command: Nmt, sent: Seen) -> None:
+def expect_outcome(bench: KeypadBench, command: Nmt, sent: Seen) -> None:
     """The node does what CiA 301 says of a command (7.3.2.1): a state, or a new start."""
     if command not in RESETS:
         bench.expect_state(cobs.LEADS_TO[command], after=sent)
@@ -57,7 +57,7 @@ def expect_outcome(bench: Bench, command: Nmt, sent: Seen) -> None:
     bench.expect_state(State.PRE_OPERATIONAL, after=expect_restart(bench, sent))
 
 
-def expect_unmoved(bench: Bench, state: State, *, after: Seen, by: str) -> None:
+def expect_unmoved(bench: KeypadBench, state: State, *, after: Seen, by: str) -> None:
     """Since `after` every heartbeat shows `state`, one more does, and nothing rebooted.
 
     Args:

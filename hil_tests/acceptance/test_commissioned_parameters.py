@@ -16,7 +16,7 @@ from hil_tests.acceptance.commissioning_steps import (
     press_and_release,
     started_with,
 )
-from hil_tests.api import Bench, BitRate, Keys, Parameters, Power, S, matchers
+from hil_tests.api import BitRate, KeypadBench, Keys, Parameters, Power, S, matchers
 
 NAMED_RATES = {1: 500_000, 2: 250_000, 3: 125_000, 4: 100_000, 5: 50_000, 6: 20_000}
 SOME_OTHER_CODES = (0, 7, 8, 128, 255)
@@ -25,7 +25,7 @@ SOME_OTHER_CODES = (0, 7, 8, 128, 255)
 @pytest.mark.requirement("COM-06", "COM-08", "COM-09")
 @pytest.mark.parametrize("parameters", [EXAMPLE, OTHER], ids=["example", "other"])
 def test_next_start_uses_the_parameters(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate, parameters: Parameters
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate, parameters: Parameters
 ) -> None:
     """At the next regular power-up node id, bit rate and heartbeat are the new ones."""
     bench.fresh()
@@ -38,7 +38,7 @@ def test_next_start_uses_the_parameters(
 
 @pytest.mark.requirement("COM-06")
 def test_commissions_again_and_again(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
 ) -> None:
     """The last of several commissionings counts, and it outlasts several power-ups."""
     bench.fresh()
@@ -53,7 +53,7 @@ def test_commissions_again_and_again(
 @pytest.mark.requirement("COM-07")
 @pytest.mark.parametrize("code", NAMED_RATES)
 def test_each_named_bit_rate(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate, code: int
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate, code: int
 ) -> None:
     """Codes 1 to 6 mean 500, 250, 125, 100, 50 and 20 kbit/s."""
     bench.fresh()
@@ -66,7 +66,7 @@ def test_each_named_bit_rate(
 
 @pytest.mark.requirement("COM-07")
 def test_every_other_code_means_250_kbit(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
 ) -> None:
     """Code 0 and codes 7 to 255 mean 250 kbit/s (all in virtual time, some elsewhere).
 
@@ -85,7 +85,7 @@ def test_every_other_code_means_250_kbit(
 @pytest.mark.requirement("COM-08")
 @pytest.mark.parametrize("node_id", range(1, 16))
 def test_each_node_id(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate, node_id: int
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate, node_id: int
 ) -> None:
     """Every node id from 1 to 15 is taken, announced, and listened to."""
     bench.fresh()
@@ -111,7 +111,7 @@ def test_each_node_id(
     ],
 )
 def test_heartbeat_time_is_big_endian_milliseconds(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate, heartbeat_ms: int
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate, heartbeat_ms: int
 ) -> None:
     """Bytes 2 and 3 are the heartbeat time in milliseconds, high byte first."""
     parameters, boot = started_with(bench, heartbeat_ms=heartbeat_ms)
@@ -121,7 +121,7 @@ def test_heartbeat_time_is_big_endian_milliseconds(
 
 @pytest.mark.requirement("COM-09", "HB-05")
 def test_heartbeat_time_zero_is_none(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
 ) -> None:
     """Heartbeat time 0 means no heartbeat."""
     parameters, boot = started_with(bench, heartbeat_ms=0)
@@ -132,7 +132,7 @@ def test_heartbeat_time_zero_is_none(
 @pytest.mark.requirement("COM-10")
 @pytest.mark.parametrize("debounce", [1, 2, 5, 20, 255])
 def test_debounce_time_is_tenths_of_a_second(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate, debounce: int
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate, debounce: int
 ) -> None:
     """Byte 5 times 100 ms is how long a press or a release must last."""
     started_with(bench, debounce=debounce)
@@ -143,7 +143,7 @@ def test_debounce_time_is_tenths_of_a_second(
 
 @pytest.mark.requirement("COM-23")
 def test_debounce_zero_filters_nothing(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
 ) -> None:
     """With debounce time 0 every press and release is reported at once."""
     started_with(bench, debounce=0)
@@ -155,7 +155,7 @@ def test_debounce_zero_filters_nothing(
 @pytest.mark.requirement("COM-11")
 @pytest.mark.parametrize("sync_time", [1, 10, 255])
 def test_sync_time_has_no_effect(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate, sync_time: int
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate, sync_time: int
 ) -> None:
     """The sync time is echoed; heartbeat and debounce stay what they are, and nothing is added."""
     for value, heartbeat_by, keys_by in ((0, "COM-09", "COM-10"), (sync_time, "COM-11", "COM-11")):

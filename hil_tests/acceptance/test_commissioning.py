@@ -20,9 +20,9 @@ from hil_tests.acceptance.commissioning_steps import (
 from hil_tests.api import (
     ECHO_PERIOD_NS,
     MS,
-    Bench,
     BitRate,
     Frame,
+    KeypadBench,
     Keys,
     Nmt,
     Power,
@@ -43,7 +43,7 @@ NAMED_RATES = {1: 500_000, 2: 250_000, 3: 125_000, 4: 100_000, 5: 50_000, 6: 20_
 
 @pytest.mark.requirement("COM-02")
 def test_takes_parameters_at_125_kbit(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
 ) -> None:
     """As it came to the bench, the node is commissioned at 125 kbit/s.
 
@@ -58,7 +58,7 @@ def test_takes_parameters_at_125_kbit(
 
 
 @pytest.mark.requirement("COM-01")
-def test_waits_in_silence(bench: Bench, power: Power, keys: Keys, bitrate: BitRate) -> None:
+def test_waits_in_silence(bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate) -> None:
     """Powered up with the two keys held, the node sends nothing at all."""
     bench.fresh(bit_rate_code=AT_125_KBIT)
 
@@ -70,7 +70,7 @@ def test_waits_in_silence(bench: Bench, power: Power, keys: Keys, bitrate: BitRa
 @pytest.mark.requirement("COM-02", "COM-07")
 @pytest.mark.parametrize("code", NAMED_RATES)
 def test_listens_and_answers_at_125_kbit(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate, code: int
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate, code: int
 ) -> None:
     """Whatever bit rate is stored, commissioning runs at 125 kbit/s in both directions."""
     bench.fresh(bit_rate_code=code)
@@ -82,7 +82,9 @@ def test_listens_and_answers_at_125_kbit(
 
 
 @pytest.mark.requirement("COM-03")
-def test_wait_detects_no_keys(bench: Bench, power: Power, keys: Keys, bitrate: BitRate) -> None:
+def test_wait_detects_no_keys(
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
+) -> None:
     """While it waits, keys that are pressed and released are not reported."""
     bench.fresh(bit_rate_code=AT_125_KBIT)
     waiting(bench)
@@ -99,7 +101,7 @@ def test_wait_detects_no_keys(bench: Bench, power: Power, keys: Keys, bitrate: B
 
 @pytest.mark.requirement("COM-03")
 def test_wait_ignores_other_pdos_and_sdos(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
 ) -> None:
     """While it waits, it heeds no other PDO and no SDO; 4F8h still ends the wait."""
     bench.fresh(bit_rate_code=AT_125_KBIT)
@@ -123,7 +125,7 @@ def test_wait_ignores_other_pdos_and_sdos(
 
 
 @pytest.mark.requirement("COM-04", "COM-05")
-def test_literal_example(bench: Bench, power: Power, keys: Keys, bitrate: BitRate) -> None:
+def test_literal_example(bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate) -> None:
     """4F8h 05 03 00 64 00 01 is answered by 3F8h 05 03 00 64 00 01, again and again."""
     bench.fresh()
     bench.enter_commissioning()
@@ -135,7 +137,9 @@ def test_literal_example(bench: Bench, power: Power, keys: Keys, bitrate: BitRat
 
 
 @pytest.mark.requirement("COM-05")
-def test_echo_keeps_its_rhythm(bench: Bench, power: Power, keys: Keys, bitrate: BitRate) -> None:
+def test_echo_keeps_its_rhythm(
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
+) -> None:
     """The echo comes every 100 ms, each interval and the mean within their limits."""
     bench.fresh()
     bench.enter_commissioning()
@@ -153,7 +157,7 @@ def test_echo_keeps_its_rhythm(bench: Bench, power: Power, keys: Keys, bitrate: 
     ids=["lowest", "highest", "heartbeat-256", "default-rate", "mixed"],
 )
 def test_echo_repeats_every_byte(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate, data: str
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate, data: str
 ) -> None:
     """Whatever was received comes back in bytes 0 to 5."""
     bench.fresh()
@@ -167,7 +171,7 @@ def test_echo_repeats_every_byte(
 
 @pytest.mark.requirement("COM-05", "COM-06")
 def test_echo_limits_are_those_of_the_source(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
 ) -> None:
     """A long echo neither stops nor drifts, and the parameters are safe afterwards."""
     bench.fresh()
@@ -186,7 +190,9 @@ def test_echo_limits_are_those_of_the_source(
 
 
 @pytest.mark.requirement("COM-12")
-def test_does_nothing_but_echo(bench: Bench, power: Power, keys: Keys, bitrate: BitRate) -> None:
+def test_does_nothing_but_echo(
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
+) -> None:
     """Once it echoes, keys, LED frames, SDO requests and NMT get no answer of any kind."""
     bench.fresh(bit_rate_code=AT_125_KBIT)
     old_id = bench.node_id
@@ -213,7 +219,7 @@ def test_does_nothing_but_echo(bench: Bench, power: Power, keys: Keys, bitrate: 
     bench.check(not others, text, since=request)
 
 
-def expect_only_echoes(bench: Bench, echo: Seen, requirement: str) -> None:
+def expect_only_echoes(bench: KeypadBench, echo: Seen, requirement: str) -> None:
     """Since an echo the node has sent nothing but echoes of the example."""
     found = bench.collect(matchers.anything(), after=echo, until=bench.now())
     others = [seen.frame for seen in found if seen.frame.data[:6] != payload(EXAMPLE)]
@@ -236,7 +242,7 @@ FOREIGN = {
 
 @pytest.mark.requirement("COM-20")
 def test_commissioning_ignores_everything_else(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
 ) -> None:
     """NMT, SYNC, remote and LSS frames change nothing, neither in the wait nor in the echo."""
     bench.fresh(bit_rate_code=AT_125_KBIT)
@@ -260,7 +266,9 @@ def test_commissioning_ignores_everything_else(
 
 
 @pytest.mark.requirement("COM-25")
-def test_length_of_the_echo(bench: Bench, power: Power, keys: Keys, bitrate: BitRate) -> None:
+def test_length_of_the_echo(
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
+) -> None:
     """How long the echo is, and what stands past the sixth byte, is written down."""
     bench.fresh()
     bench.enter_commissioning()
@@ -274,7 +282,7 @@ def test_length_of_the_echo(bench: Bench, power: Power, keys: Keys, bitrate: Bit
 
 @pytest.mark.requirement("COM-27")
 def test_fewer_or_other_keys_start_regularly(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
 ) -> None:
     """One of the two keys alone, or any other keys, lead to a regular start."""
     bench.fresh()
@@ -291,7 +299,9 @@ def test_fewer_or_other_keys_start_regularly(
 
 
 @pytest.mark.requirement("COM-28")
-def test_more_keys_at_power_on(bench: Bench, power: Power, keys: Keys, bitrate: BitRate) -> None:
+def test_more_keys_at_power_on(
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
+) -> None:
     """Both keys and a further one at power-on: what the node does is written down."""
     bench.fresh()
     others = [name for name in keys.names if name not in bench.profile.commissioning_keys]
@@ -313,7 +323,7 @@ def test_more_keys_at_power_on(bench: Bench, power: Power, keys: Keys, bitrate: 
 @pytest.mark.requirement("COM-28")
 @pytest.mark.parametrize("command", [Nmt.RESET_NODE, Nmt.RESET_COMMUNICATION], ids=["81h", "82h"])
 def test_keys_held_at_a_reset(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate, command: Nmt
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate, command: Nmt
 ) -> None:
     """Both keys held at an NMT reset: what the node does is written down."""
     bench.start()

@@ -21,9 +21,9 @@ from hil_tests.acceptance.commissioning_steps import (
 from hil_tests.api import (
     ECHO_PERIOD_NS,
     MS,
-    Bench,
     BitRate,
     Frame,
+    KeypadBench,
     Keys,
     Nmt,
     Parameters,
@@ -37,7 +37,7 @@ from hil_tests.api import (
 
 @pytest.mark.requirement("COM-21")
 def test_only_the_first_message_counts(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
 ) -> None:
     """A second 4F8h changes neither the echo nor the memory."""
     bench.fresh()
@@ -63,7 +63,7 @@ def test_only_the_first_message_counts(
 @pytest.mark.requirement("COM-22")
 @pytest.mark.parametrize("node_id", [0, 16, 17, 31, 127, 128, 255])
 def test_impossible_node_ids_are_ignored(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate, node_id: int
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate, node_id: int
 ) -> None:
     """A 4F8h with a node id outside 1..15 gets no echo; the node goes on waiting."""
     bench.fresh()
@@ -77,7 +77,7 @@ def test_impossible_node_ids_are_ignored(
 
 @pytest.mark.requirement("COM-22", "COM-29")
 def test_impossible_node_id_is_not_stored(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
 ) -> None:
     """After a refused 4F8h the old parameters are used at the next start."""
     before = bench.fresh(prefer={"heartbeat_ms": 100})
@@ -105,7 +105,7 @@ WRONG_FRAMES = {
 @pytest.mark.requirement("COM-24")
 @pytest.mark.parametrize("frame", WRONG_FRAMES.values(), ids=WRONG_FRAMES.keys())
 def test_malformed_messages_are_ignored(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate, frame: Frame
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate, frame: Frame
 ) -> None:
     """A short, remote or extended 4F8h is ignored; the right one is still waited for."""
     bench.fresh()
@@ -121,7 +121,7 @@ def test_malformed_messages_are_ignored(
 @pytest.mark.requirement("COM-24")
 @pytest.mark.parametrize("extra", ["00", "ffff"], ids=["7-bytes", "8-bytes"])
 def test_bytes_past_the_sixth_mean_nothing(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate, extra: str
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate, extra: str
 ) -> None:
     """A longer 4F8h is taken; what stands past the sixth byte changes nothing."""
     bench.fresh()
@@ -147,7 +147,9 @@ CUTS_VIRTUAL = range(0, 200, 1)
 
 
 @pytest.mark.requirement("COM-26", "COM-06")
-def test_power_cut_while_storing(bench: Bench, power: Power, keys: Keys, bitrate: BitRate) -> None:
+def test_power_cut_while_storing(
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
+) -> None:
     """Power cut at any instant of storing leaves the old set or the new set, never a mixture."""
     bench.fresh()
     for whole in (FIRST, SECOND):  # each by itself, as it must be found again
@@ -168,7 +170,7 @@ def test_power_cut_while_storing(bench: Bench, power: Power, keys: Keys, bitrate
         expect_whole_set(bench, keys, found, boot, cut_ms)
 
 
-def boots_as_either(bench: Bench, power: Power) -> tuple[Parameters, Seen]:
+def boots_as_either(bench: KeypadBench, power: Power) -> tuple[Parameters, Seen]:
     """A regular start shows which of the two sets is stored: that set, and the boot-up."""
     on = power.on()
     either = matchers.any_of(
@@ -182,7 +184,9 @@ def boots_as_either(bench: Bench, power: Power) -> tuple[Parameters, Seen]:
     return found, boot
 
 
-def expect_whole_set(bench: Bench, keys: Keys, found: Parameters, boot: Seen, cut_ms: int) -> None:
+def expect_whole_set(
+    bench: KeypadBench, keys: Keys, found: Parameters, boot: Seen, cut_ms: int
+) -> None:
     """Heartbeat and debounce time belong to the node id that booted."""
     expect_period(bench, boot, found, "COM-26")
     bench.entered(bench.nmt(Nmt.START))
@@ -194,7 +198,7 @@ def expect_whole_set(bench: Bench, keys: Keys, found: Parameters, boot: Seen, cu
 
 @pytest.mark.requirement("COM-29", "COM-26")
 def test_storing_that_was_cut_is_not_resumed(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
 ) -> None:
     """What a power cut left of storing is not completed in a later wait without 4F8h."""
     bench.fresh()
@@ -217,7 +221,7 @@ def test_storing_that_was_cut_is_not_resumed(
 
 @pytest.mark.requirement("COM-29")
 def test_wait_without_message_changes_nothing(
-    bench: Bench, power: Power, keys: Keys, bitrate: BitRate
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
 ) -> None:
     """Power off in the wait, without a valid 4F8h, leaves the stored parameters as they were."""
     before = bench.fresh(prefer={"heartbeat_ms": 100})

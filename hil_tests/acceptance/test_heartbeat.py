@@ -13,7 +13,7 @@ from hil_tests.acceptance.cadence import (
     some_row,
 )
 from hil_tests.acceptance.nmt_steps import QUICK, RESETS, RUNNING_STATES, enter, name_of
-from hil_tests.api import MS, Bench, Nmt, Power, S, State, exactly, matchers
+from hil_tests.api import MS, KeypadBench, Nmt, Power, S, State, exactly, matchers
 
 PERIODS_MS = (10, 20, 100, 256, 1000, 65535)
 """256 is 0100h: with its bytes swapped it would be 1 ms."""
@@ -32,14 +32,14 @@ def rate_name(code: int) -> str:
 
 @pytest.mark.requirement("HB-01")
 @pytest.mark.parametrize("state", RUNNING_STATES, ids=name_of)
-def test_period_in_every_state(bench: Bench, state: State) -> None:
+def test_period_in_every_state(bench: KeypadBench, state: State) -> None:
     """In each state the heartbeat keeps the commissioned period."""
     bench.start(QUICK)
     judge_row(bench, some_row(bench, settle_in(bench, state)))
 
 
 @pytest.mark.requirement("HB-01")
-def test_period_as_commissioned(bench: Bench) -> None:
+def test_period_as_commissioned(bench: KeypadBench) -> None:
     """The heartbeat has the period that the node is commissioned to, whatever that is."""
     boot = bench.start()
     period_ns(bench)
@@ -48,7 +48,7 @@ def test_period_as_commissioned(bench: Bench) -> None:
 
 @pytest.mark.requirement("HB-01")
 @pytest.mark.parametrize("period_ms", PERIODS_MS)
-def test_range_of_periods(bench: Bench, period_ms: int) -> None:
+def test_range_of_periods(bench: KeypadBench, period_ms: int) -> None:
     """Each period of the range is kept, short and long, the high byte first."""
     boot = bench.start(heartbeat_ms=period_ms)
     judge_row(bench, some_row(bench, next_beat(bench, boot, "HB-06")))
@@ -56,7 +56,7 @@ def test_range_of_periods(bench: Bench, period_ms: int) -> None:
 
 @pytest.mark.requirement("HB-01")
 @pytest.mark.parametrize("code", RATES, ids=rate_name)
-def test_shortest_period_at_each_bit_rate(bench: Bench, code: int) -> None:
+def test_shortest_period_at_each_bit_rate(bench: KeypadBench, code: int) -> None:
     """At each bit rate the shortest period that is asked of the node is kept."""
     shortest_ms = bench.profile.shortest_heartbeat[RATES[code]] // MS
     boot = bench.start(bit_rate_code=code, heartbeat_ms=shortest_ms)
@@ -67,14 +67,14 @@ def test_shortest_period_at_each_bit_rate(bench: Bench, code: int) -> None:
 @pytest.mark.requirement("HB-01")
 @pytest.mark.parametrize("code", [1, 2, 3], ids=rate_name)
 @pytest.mark.parametrize("state", RUNNING_STATES, ids=name_of)
-def test_period_of_one_ms(bench: Bench, code: int, state: State) -> None:
+def test_period_of_one_ms(bench: KeypadBench, code: int, state: State) -> None:
     """A period of 1 ms is kept where the wire carries it: the mean, over a second."""
     bench.start(bit_rate_code=code, heartbeat_ms=1)
     judge_row(bench, row(bench, 1000, settle_in(bench, state)))
 
 
 @pytest.mark.requirement("HB-02")
-def test_byte_is_the_state(bench: Bench) -> None:
+def test_byte_is_the_state(bench: KeypadBench) -> None:
     """The heartbeat is 0x70X with one byte: 7Fh, 05h or 04h; its top bit never toggles."""
     bench.start({**QUICK, "node_id": 12})
     for state in (*RUNNING_STATES, State.PRE_OPERATIONAL):
@@ -87,7 +87,7 @@ def test_byte_is_the_state(bench: Bench) -> None:
             )
 
 
-def offsets_ns(bench: Bench) -> list[int]:
+def offsets_ns(bench: KeypadBench) -> list[int]:
     """Where in a period a command is placed: evenly, and about its limit before a beat."""
     period, limit = period_ns(bench), bench.profile.limits.command_ns
     steps = 40 if bench.stage.virtual else 8
@@ -97,7 +97,7 @@ def offsets_ns(bench: Bench) -> list[int]:
 
 
 @pytest.mark.requirement("HB-03")
-def test_beat_due_after_the_command_acted_shows_it(bench: Bench) -> None:
+def test_beat_due_after_the_command_acted_shows_it(bench: KeypadBench) -> None:
     """Wherever in a period a command falls, beats later than its limit show the new state."""
     bench.start(QUICK)
     beat = settle_in(bench, State.STOPPED)
@@ -110,7 +110,7 @@ def test_beat_due_after_the_command_acted_shows_it(bench: Bench) -> None:
 
 
 @pytest.mark.requirement("HB-05")
-def test_no_heartbeat_with_period_zero(bench: Bench) -> None:
+def test_no_heartbeat_with_period_zero(bench: KeypadBench) -> None:
     """With heartbeat time 0 there is boot-up but no heartbeat, in any state."""
     boot = bench.start(heartbeat_ms=0)
     silence_ns = 120 * S if bench.stage.virtual else 2 * S
@@ -123,7 +123,7 @@ def test_no_heartbeat_with_period_zero(bench: Bench) -> None:
 
 @pytest.mark.requirement("HB-05")
 @pytest.mark.parametrize("command", RESETS, ids=name_of)
-def test_boot_up_with_period_zero(bench: Bench, command: Nmt) -> None:
+def test_boot_up_with_period_zero(bench: KeypadBench, command: Nmt) -> None:
     """With heartbeat time 0 a reset still brings boot-up, and no heartbeat."""
     bench.start(heartbeat_ms=0)
     sent = bench.nmt(command)
@@ -134,7 +134,7 @@ def test_boot_up_with_period_zero(bench: Bench, command: Nmt) -> None:
 
 
 @pytest.mark.requirement("HB-05")
-def test_boot_up_after_power_on_with_period_zero(bench: Bench, power: Power) -> None:
+def test_boot_up_after_power_on_with_period_zero(bench: KeypadBench, power: Power) -> None:
     """With heartbeat time 0 power-on still brings boot-up."""
     bench.fresh(heartbeat_ms=0)
     on = power.on()
@@ -143,14 +143,14 @@ def test_boot_up_after_power_on_with_period_zero(bench: Bench, power: Power) -> 
 
 
 @pytest.mark.requirement("HB-05")
-def test_node_without_heartbeat_obeys(bench: Bench) -> None:
+def test_node_without_heartbeat_obeys(bench: KeypadBench) -> None:
     """With heartbeat time 0 the node starts on command: the key frame tells it."""
     bench.operational(heartbeat_ms=0)
 
 
 @pytest.mark.requirement("HB-06")
 @pytest.mark.parametrize("period_ms", [20, 100, 1000])
-def test_first_heartbeat_after_power_on(bench: Bench, period_ms: int) -> None:
+def test_first_heartbeat_after_power_on(bench: KeypadBench, period_ms: int) -> None:
     """The first heartbeat comes at most one period after boot-up."""
     boot = bench.start({"heartbeat_ms": period_ms})
     period_ns(bench)
@@ -161,7 +161,7 @@ def test_first_heartbeat_after_power_on(bench: Bench, period_ms: int) -> None:
 @pytest.mark.requirement("HB-06")
 @pytest.mark.parametrize("state", RUNNING_STATES, ids=name_of)
 @pytest.mark.parametrize("command", RESETS, ids=name_of)
-def test_first_heartbeat_after_reset(bench: Bench, command: Nmt, state: State) -> None:
+def test_first_heartbeat_after_reset(bench: KeypadBench, command: Nmt, state: State) -> None:
     """A reset starts the heartbeat anew: at most one period after boot-up."""
     bench.start(QUICK)
     enter(bench, state)

@@ -16,9 +16,9 @@ from hil_tests.acceptance.cadence import (
 )
 from hil_tests.acceptance.nmt_steps import QUICK, name_of
 from hil_tests.api import (
-    Bench,
     Frame,
     Interval,
+    KeypadBench,
     Keys,
     Nmt,
     S,
@@ -39,7 +39,9 @@ WINDOW = 2 * ENOUGH
 ACTIVE_STATES = (State.OPERATIONAL, State.PRE_OPERATIONAL, State.STOPPED)
 
 
-def stir(bench: Bench, state: State, act: Callable[[int], object], every_ns: int = 0) -> None:
+def stir(
+    bench: KeypadBench, state: State, act: Callable[[int], object], every_ns: int = 0
+) -> None:
     """Judge the beats while `act(n)` is done at phases all through the period.
 
     Args:
@@ -65,7 +67,7 @@ def stir(bench: Bench, state: State, act: Callable[[int], object], every_ns: int
 
 @pytest.mark.requirement("HB-04", "HB-01")
 @pytest.mark.parametrize("state", ACTIVE_STATES, ids=name_of)
-def test_keys_do_not_disturb_it(bench: Bench, keys: Keys, state: State) -> None:
+def test_keys_do_not_disturb_it(bench: KeypadBench, keys: Keys, state: State) -> None:
     """Key presses and releases at all phases leave the heartbeat as it is."""
     parameters = bench.fresh({**QUICK, "debounce": 1})
     bench.boot()
@@ -81,7 +83,7 @@ def test_keys_do_not_disturb_it(bench: Bench, keys: Keys, state: State) -> None:
 
 @pytest.mark.requirement("HB-04", "HB-01")
 @pytest.mark.parametrize("state", ACTIVE_STATES, ids=name_of)
-def test_led_frames_do_not_disturb_it(bench: Bench, state: State) -> None:
+def test_led_frames_do_not_disturb_it(bench: KeypadBench, state: State) -> None:
     """LED frames at all phases leave the heartbeat as it is."""
     bench.start(QUICK)
     size = bench.profile.led_frame_bytes
@@ -95,7 +97,7 @@ def test_led_frames_do_not_disturb_it(bench: Bench, state: State) -> None:
 
 @pytest.mark.requirement("HB-04", "HB-01")
 @pytest.mark.parametrize("state", ACTIVE_STATES, ids=name_of)
-def test_traffic_of_others_does_not_disturb_it(bench: Bench, state: State) -> None:
+def test_traffic_of_others_does_not_disturb_it(bench: KeypadBench, state: State) -> None:
     """SYNC, NMT for others, PDOs and heartbeats of others leave the heartbeat as it is."""
     bench.needs_exclusive()
     bench.start(QUICK)
@@ -117,7 +119,7 @@ def test_traffic_of_others_does_not_disturb_it(bench: Bench, state: State) -> No
 
 @pytest.mark.requirement("HB-04", "HB-01")
 @pytest.mark.parametrize("state", ACTIVE_STATES, ids=name_of)
-def test_command_to_the_same_state_does_not_disturb_it(bench: Bench, state: State) -> None:
+def test_command_to_the_same_state_does_not_disturb_it(bench: KeypadBench, state: State) -> None:
     """A command into the state in which the node is already skips no beat."""
     bench.start(QUICK)
     command = {
@@ -135,7 +137,7 @@ def test_command_to_the_same_state_does_not_disturb_it(bench: Bench, state: Stat
     [(30, 0x010), (60, 0x010), (30, 0x7FF), (60, 0x7FF), (95, 0x7FF)],
     ids=["30-higher", "60-higher", "30-lower", "60-lower", "95-lower"],
 )
-def test_bus_load_does_not_disturb_it(bench: Bench, share: int, can_id: int) -> None:
+def test_bus_load_does_not_disturb_it(bench: KeypadBench, share: int, can_id: int) -> None:
     """Under bus load the node asks for its beats in time, however long they must wait."""
     bench.start(QUICK)
     first = settle_in(bench, State.OPERATIONAL)
@@ -145,7 +147,7 @@ def test_bus_load_does_not_disturb_it(bench: Bench, share: int, can_id: int) -> 
 
 
 @pytest.mark.requirement("HB-04", "HB-01")
-def test_it_does_not_drift(bench: Bench) -> None:
+def test_it_does_not_drift(bench: KeypadBench) -> None:
     """Over a long time (an hour, where it is virtual) beats neither drift nor get lost."""
     bench.start(QUICK)
     first = settle_in(bench, State.OPERATIONAL)
@@ -165,7 +167,7 @@ def test_it_does_not_drift(bench: Bench) -> None:
 
 
 @pytest.mark.requirement("HB-04", "HB-06")
-def test_reset_starts_it_anew(bench: Bench) -> None:
+def test_reset_starts_it_anew(bench: KeypadBench) -> None:
     """After a reset at any phase the heartbeat has its period again, from boot-up."""
     bench.start(QUICK)
     period = period_ns(bench)

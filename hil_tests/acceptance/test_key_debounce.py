@@ -29,8 +29,8 @@ from hil_tests.acceptance.key_steps import (
 )
 from hil_tests.api import (
     MS,
-    Bench,
     Frame,
+    KeypadBench,
     Keys,
     Nmt,
     NotApplicable,
@@ -56,7 +56,7 @@ AGAIN = 8
 """Short pulses in a row: together they last much longer than the debounce time."""
 
 
-def ready(bench: Bench, keys: Keys, level: str, **needed: int) -> KeyStory:
+def ready(bench: KeypadBench, keys: Keys, level: str, **needed: int) -> KeyStory:
     """The node operational; its second key held and reported, where it is to be released."""
     story = KeyStory.operational(bench, PREFERRED, **needed)
     if level == "release":
@@ -70,7 +70,9 @@ def ready(bench: Bench, keys: Keys, level: str, **needed: int) -> KeyStory:
 @pytest.mark.requirement("KEY-04")
 @pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("debounce", DEBOUNCES)
-def test_short_pulse_is_never_seen(bench: Bench, keys: Keys, debounce: int, level: str) -> None:
+def test_short_pulse_is_never_seen(
+    bench: KeypadBench, keys: Keys, debounce: int, level: str
+) -> None:
     """A press or release just shorter than the debounce time less a scan brings no frame."""
     story = ready(bench, keys, level, debounce=debounce)
     pulse(keys, keys.names[1], [too_short_ns(bench)], held=level == "release")
@@ -80,7 +82,9 @@ def test_short_pulse_is_never_seen(bench: Bench, keys: Keys, debounce: int, leve
 @pytest.mark.requirement("KEY-04")
 @pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("debounce", [1, 5])
-def test_short_pulses_do_not_add_up(bench: Bench, keys: Keys, debounce: int, level: str) -> None:
+def test_short_pulses_do_not_add_up(
+    bench: KeypadBench, keys: Keys, debounce: int, level: str
+) -> None:
     """Short pulses of one key, however often repeated, bring no frame."""
     story = ready(bench, keys, level, debounce=debounce)
     spans = [too_short_ns(bench), visible_ns(bench)] * AGAIN
@@ -89,7 +93,7 @@ def test_short_pulses_do_not_add_up(bench: Bench, keys: Keys, debounce: int, lev
 
 
 @pytest.mark.requirement("KEY-04", "KEY-06")
-def test_short_pulses_of_all_keys_do_not_add_up(bench: Bench, keys: Keys) -> None:
+def test_short_pulses_of_all_keys_do_not_add_up(bench: KeypadBench, keys: Keys) -> None:
     """Short pulses of one key after the other bring no frame, however they overlap."""
     story = KeyStory.operational(bench, {"node_id": 6}, debounce=1)
     steps = [(n * 40 * MS, frozenset((name,))) for n, name in enumerate(keys.names * 3)]
@@ -100,7 +104,9 @@ def test_short_pulses_of_all_keys_do_not_add_up(bench: Bench, keys: Keys) -> Non
 @pytest.mark.requirement("KEY-05", "KEY-06")
 @pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("debounce", [0, *DEBOUNCES])
-def test_pulse_long_enough_is_seen(bench: Bench, keys: Keys, debounce: int, level: str) -> None:
+def test_pulse_long_enough_is_seen(
+    bench: KeypadBench, keys: Keys, debounce: int, level: str
+) -> None:
     """A press or release just longer than the debounce time and a scan brings its frame."""
     story = ready(bench, keys, level, debounce=debounce)
     pulse(keys, keys.names[1], [long_enough_ns(bench)], held=level == "release")
@@ -109,7 +115,7 @@ def test_pulse_long_enough_is_seen(bench: Bench, keys: Keys, debounce: int, leve
 
 @pytest.mark.requirement("KEY-05")
 @pytest.mark.parametrize("debounce", [0, *DEBOUNCES])
-def test_frame_comes_neither_early_nor_late(bench: Bench, keys: Keys, debounce: int) -> None:
+def test_frame_comes_neither_early_nor_late(bench: KeypadBench, keys: Keys, debounce: int) -> None:
     """The frame is asked for the debounce time after the edge, for press and for release."""
     story = KeyStory.operational(bench, PREFERRED, debounce=debounce)
     for name in (keys.names[0], keys.names[-1]):
@@ -124,7 +130,9 @@ def test_frame_comes_neither_early_nor_late(bench: Bench, keys: Keys, debounce: 
 @pytest.mark.requirement("KEY-05", "KEY-04")
 @pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("gap_ms", [1, 4, 15, 40])
-def test_bounces_start_the_time_anew(bench: Bench, keys: Keys, gap_ms: int, level: str) -> None:
+def test_bounces_start_the_time_anew(
+    bench: KeypadBench, keys: Keys, gap_ms: int, level: str
+) -> None:
     """After a train of bounces the time counts from the last edge; the train brings no frame."""
     story = ready(bench, keys, level, debounce=1)
     spans = [gap_ms * MS] * 10  # an even number: in the end it has moved
@@ -135,7 +143,9 @@ def test_bounces_start_the_time_anew(bench: Bench, keys: Keys, gap_ms: int, leve
 
 @pytest.mark.requirement("KEY-05", "KEY-06")
 @pytest.mark.parametrize("level", LEVELS)
-def test_bounce_late_in_the_time_starts_it_anew(bench: Bench, keys: Keys, level: str) -> None:
+def test_bounce_late_in_the_time_starts_it_anew(
+    bench: KeypadBench, keys: Keys, level: str
+) -> None:
     """A bounce just before the debounce time is over puts the frame off by all of that time."""
     story = ready(bench, keys, level, debounce=5)
     spans = [too_short_ns(bench), visible_ns(bench)] * 2
@@ -151,7 +161,7 @@ def test_bounce_late_in_the_time_starts_it_anew(bench: Bench, keys: Keys, level:
 
 @pytest.mark.requirement("KEY-06", "KEY-05")
 @pytest.mark.parametrize("shift_ms", [30, 60, 90])
-def test_keys_are_timed_one_by_one(bench: Bench, keys: Keys, shift_ms: int) -> None:
+def test_keys_are_timed_one_by_one(bench: KeypadBench, keys: Keys, shift_ms: int) -> None:
     """A key that moves while another one settles neither delays nor hastens it."""
     story = KeyStory.operational(bench, {"node_id": 6}, debounce=1)
     first, second = frozenset(keys.names[:1]), frozenset(keys.names[-1:])
@@ -167,7 +177,7 @@ def test_keys_are_timed_one_by_one(bench: Bench, keys: Keys, shift_ms: int) -> N
 
 
 @pytest.mark.requirement("KEY-06", "KEY-05")
-def test_bouncing_neighbour_does_not_delay_a_key(bench: Bench, keys: Keys) -> None:
+def test_bouncing_neighbour_does_not_delay_a_key(bench: KeypadBench, keys: Keys) -> None:
     """While one key bounces all the time another one is reported when it should."""
     story = KeyStory.operational(bench, {"node_id": 6}, debounce=1)
     noisy, quiet = keys.names[0], keys.names[-1]
@@ -181,7 +191,7 @@ def test_bouncing_neighbour_does_not_delay_a_key(bench: Bench, keys: Keys) -> No
 
 
 @pytest.mark.requirement("KEY-06")
-def test_changes_are_reported_in_order(bench: Bench, keys: Keys) -> None:
+def test_changes_are_reported_in_order(bench: KeypadBench, keys: Keys) -> None:
     """Keys pressed one after the other, each before the first is reported, come in that order."""
     needs_releases(bench)
     story = KeyStory.operational(bench, {"node_id": 6}, debounce=5)
@@ -194,7 +204,7 @@ def test_changes_are_reported_in_order(bench: Bench, keys: Keys) -> None:
 
 @pytest.mark.requirement("KEY-06")
 @pytest.mark.parametrize("debounce", [0, 1])
-def test_last_frame_shows_the_final_state(bench: Bench, keys: Keys, debounce: int) -> None:
+def test_last_frame_shows_the_final_state(bench: KeypadBench, keys: Keys, debounce: int) -> None:
     """After much chatter of many keys the last key frame shows what is held then."""
     story = KeyStory.operational(bench, {"node_id": 6}, debounce=debounce)
     names = keys.names
@@ -214,7 +224,7 @@ def test_last_frame_shows_the_final_state(bench: Bench, keys: Keys, debounce: in
 
 @pytest.mark.requirement("KEY-06", "KEY-05")
 @pytest.mark.parametrize("level", LEVELS)
-def test_led_frames_do_not_delay_a_key(bench: Bench, keys: Keys, level: str) -> None:
+def test_led_frames_do_not_delay_a_key(bench: KeypadBench, keys: Keys, level: str) -> None:
     """LED frames that come between the edge and the report neither delay nor lose it."""
     story = ready(bench, keys, level, debounce=1)
     settle(bench)
@@ -231,7 +241,7 @@ def test_led_frames_do_not_delay_a_key(bench: Bench, keys: Keys, level: str) -> 
 
 
 @pytest.mark.requirement("KEY-06", "KEY-02")
-def test_hundreds_of_changes_are_reported(bench: Bench, keys: Keys) -> None:
+def test_hundreds_of_changes_are_reported(bench: KeypadBench, keys: Keys) -> None:
     """Of many presses and releases of one key each is shown once (in virtual time 300)."""
     needs_releases(bench)
     story = KeyStory.operational(bench, {"node_id": 6}, debounce=1)
@@ -246,7 +256,7 @@ def test_hundreds_of_changes_are_reported(bench: Bench, keys: Keys) -> None:
 
 
 @pytest.mark.requirement("KEY-05", "KEY-01")
-def test_reentry_does_not_change_the_time(bench: Bench, keys: Keys) -> None:
+def test_reentry_does_not_change_the_time(bench: KeypadBench, keys: Keys) -> None:
     """After stop and start, and after a reset, the debounce time is what it was."""
     story = KeyStory.operational(bench, PREFERRED)
     name = keys.names[1]
@@ -266,7 +276,7 @@ def test_reentry_does_not_change_the_time(bench: Bench, keys: Keys) -> None:
 
 
 @pytest.mark.requirement("KEY-06", "HB-04")
-def test_key_that_counts_at_a_heartbeat_is_told(bench: Bench, keys: Keys) -> None:
+def test_key_that_counts_at_a_heartbeat_is_told(bench: KeypadBench, keys: Keys) -> None:
     """A press whose debounce time ends as a heartbeat is due costs neither frame."""
     story = KeyStory.operational(bench, {"node_id": 6}, heartbeat_ms=250, debounce=1)
     name, period = keys.names[0], period_ns(bench)
@@ -285,7 +295,7 @@ def test_key_that_counts_at_a_heartbeat_is_told(bench: Bench, keys: Keys) -> Non
 
 
 @pytest.mark.requirement("KEY-02", "HB-05")
-def test_keys_are_told_without_heartbeat(bench: Bench, keys: Keys) -> None:
+def test_keys_are_told_without_heartbeat(bench: KeypadBench, keys: Keys) -> None:
     """With heartbeat time 0 a press and a release are reported as with any other."""
     story = KeyStory.operational(bench, PREFERRED, heartbeat_ms=0)
     name = keys.names[0]
@@ -298,7 +308,7 @@ def test_keys_are_told_without_heartbeat(bench: Bench, keys: Keys) -> None:
 
 
 @pytest.mark.requirement("KEY-20")
-def test_releases_are_silent_where_the_profile_says_so(bench: Bench, keys: Keys) -> None:
+def test_releases_are_silent_where_the_profile_says_so(bench: KeypadBench, keys: Keys) -> None:
     """On a board that reports presses only, letting go of one key and of all brings no frame."""
     if bench.profile.releases_reported:
         raise NotApplicable("the profile says that the board reports releases")

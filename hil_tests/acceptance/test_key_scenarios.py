@@ -8,7 +8,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import example, given, settings, target
 
-from hil_tests.api import MS, Bench, Keys
+from hil_tests.api import MS, KeypadBench, Keys
 from hil_tests.scenarios.play import judge
 from hil_tests.scenarios.scenario import Scenario, scenario
 from hil_tests.scenarios.strategies import scenarios
@@ -48,7 +48,7 @@ def towards_the_limit(story: Scenario) -> None:
 )
 @settings(max_examples=200)
 def test_every_change_is_reported_once_and_in_time(
-    bench: Bench, keys: Keys, story: Scenario
+    bench: KeypadBench, keys: Keys, story: Scenario
 ) -> None:
     """Whatever the keys do, each change that lasts is shown, in time, once, and no other."""
     bench.begin_example()
@@ -90,7 +90,7 @@ def test_every_change_is_reported_once_and_in_time(
 )
 @settings(max_examples=200)
 def test_leaving_and_entering_operational_loses_nothing(
-    bench: Bench, keys: Keys, story: Scenario
+    bench: KeypadBench, keys: Keys, story: Scenario
 ) -> None:
     """Whatever the keys do while the node comes and goes, it shows each state in its place."""
     bench.begin_example()

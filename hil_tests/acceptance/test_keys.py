@@ -17,7 +17,7 @@ from hil_tests.acceptance.key_steps import (
     settle,
 )
 from hil_tests.acceptance.nmt_steps import RESETS, enter, name_of
-from hil_tests.api import MS, Bench, Frame, Keys, Nmt, NotApplicable, Power, cobs, matchers
+from hil_tests.api import MS, Frame, KeypadBench, Keys, Nmt, NotApplicable, Power, cobs, matchers
 from hil_tests.scenarios.story import KeyStory
 
 LEADS_TO = cobs.LEADS_TO
@@ -26,7 +26,7 @@ LEAVING = (Nmt.STOP, Nmt.PRE_OPERATIONAL)
 
 @pytest.mark.requirement("KEY-01")
 @pytest.mark.parametrize("addressee", ["own id", "all nodes"])
-def test_entry_brings_one_key_frame(bench: Bench, keys: Keys, addressee: str) -> None:
+def test_entry_brings_one_key_frame(bench: KeypadBench, keys: Keys, addressee: str) -> None:
     """On the command "start" the node sends its key frame, once, and then nothing more."""
     if addressee == "all nodes":
         bench.needs_exclusive()
@@ -40,7 +40,7 @@ def test_entry_brings_one_key_frame(bench: Bench, keys: Keys, addressee: str) ->
 
 @pytest.mark.requirement("KEY-01", "KEY-07")
 @pytest.mark.parametrize("way_out", LEAVING, ids=name_of)
-def test_each_entry_shows_the_keys_held(bench: Bench, keys: Keys, way_out: Nmt) -> None:
+def test_each_entry_shows_the_keys_held(bench: KeypadBench, keys: Keys, way_out: Nmt) -> None:
     """Each of three entries brings one key frame that shows what has been held all along."""
     story = KeyStory.operational(bench, PREFERRED)
     for name in keys.names[-3:]:
@@ -55,7 +55,7 @@ def test_each_entry_shows_the_keys_held(bench: Bench, keys: Keys, way_out: Nmt) 
 
 
 @pytest.mark.requirement("KEY-01", "KEY-06")
-def test_entry_shows_the_state_of_that_moment(bench: Bench, keys: Keys) -> None:
+def test_entry_shows_the_state_of_that_moment(bench: KeypadBench, keys: Keys) -> None:
     """What was pressed and released long before the next entry is shown by it as it is then."""
     story = KeyStory.operational(bench, PREFERRED)
     first, last = keys.names[0], keys.names[-1]
@@ -75,7 +75,7 @@ def test_entry_shows_the_state_of_that_moment(bench: Bench, keys: Keys) -> None:
 
 
 @pytest.mark.requirement("KEY-02", "KEY-20")
-def test_every_key_is_reported_alone(bench: Bench, keys: Keys) -> None:
+def test_every_key_is_reported_alone(bench: KeypadBench, keys: Keys) -> None:
     """Each key pressed by itself brings a key frame, and so does its release."""
     story = KeyStory.operational(bench, PREFERRED)
     for name in keys.names:
@@ -89,7 +89,7 @@ def test_every_key_is_reported_alone(bench: Bench, keys: Keys) -> None:
 
 
 @pytest.mark.requirement("KEY-02", "KEY-06", "KEY-20")
-def test_keys_pressed_on_top_of_each_other(bench: Bench, keys: Keys) -> None:
+def test_keys_pressed_on_top_of_each_other(bench: KeypadBench, keys: Keys) -> None:
     """Keys added one by one until all are held, then let go one by one, are all reported."""
     story = KeyStory.operational(bench, PREFERRED)
     for name in keys.names:
@@ -104,7 +104,7 @@ def test_keys_pressed_on_top_of_each_other(bench: Bench, keys: Keys) -> None:
 
 
 @pytest.mark.requirement("KEY-02", "KEY-06")
-def test_twentieth_press_is_like_the_first(bench: Bench, keys: Keys) -> None:
+def test_twentieth_press_is_like_the_first(bench: KeypadBench, keys: Keys) -> None:
     """Twenty presses and releases of one key bring one frame each, none lost, none twice."""
     needs_releases(bench)
     story = KeyStory.operational(bench, PREFERRED)
@@ -121,7 +121,7 @@ def test_twentieth_press_is_like_the_first(bench: Bench, keys: Keys) -> None:
 
 
 @pytest.mark.requirement("KEY-03")
-def test_every_key_has_its_bit(bench: Bench, keys: Keys) -> None:
+def test_every_key_has_its_bit(bench: KeypadBench, keys: Keys) -> None:
     """A key alone sets exactly its own bit of the profile; all others held, exactly theirs."""
     story = KeyStory.operational(bench, PREFERRED)
     for name in keys.names:
@@ -139,7 +139,7 @@ def test_every_key_has_its_bit(bench: Bench, keys: Keys) -> None:
 
 
 @pytest.mark.requirement("KEY-03")
-def test_key_frame_has_the_length_of_the_map(bench: Bench, keys: Keys) -> None:
+def test_key_frame_has_the_length_of_the_map(bench: KeypadBench, keys: Keys) -> None:
     """A key frame has as many bytes as the profile says, whatever is held."""
     bench.operational(PREFERRED)
     begin = bench.now()
@@ -155,7 +155,7 @@ def test_key_frame_has_the_length_of_the_map(bench: Bench, keys: Keys) -> None:
 
 
 @pytest.mark.requirement("KEY-03", "KEY-01")
-def test_bytes_of_the_source(bench: Bench, keys: Keys) -> None:
+def test_bytes_of_the_source(bench: KeypadBench, keys: Keys) -> None:
     """The keypad of the source with node id 10 sends 18Ah: 01h for on_off, 02h for aut."""
     profile = bench.profile
     bits = dict(profile.key_bits)
@@ -174,7 +174,7 @@ def test_bytes_of_the_source(bench: Bench, keys: Keys) -> None:
 
 @pytest.mark.requirement("KEY-07")
 @pytest.mark.parametrize("state", ["pre-operational", "stopped"])
-def test_outside_operational_keys_are_silent(bench: Bench, keys: Keys, state: str) -> None:
+def test_outside_operational_keys_are_silent(bench: KeypadBench, keys: Keys, state: str) -> None:
     """In pre-operational and in stopped neither presses nor releases bring a key frame."""
     story = KeyStory.begin(bench, PREFERRED)
     if state == "stopped":
@@ -193,7 +193,7 @@ def test_outside_operational_keys_are_silent(bench: Bench, keys: Keys, state: st
 
 @pytest.mark.requirement("KEY-07", "KEY-01")
 @pytest.mark.parametrize("way_out", LEAVING, ids=name_of)
-def test_changes_outside_are_not_made_up_for(bench: Bench, keys: Keys, way_out: Nmt) -> None:
+def test_changes_outside_are_not_made_up_for(bench: KeypadBench, keys: Keys, way_out: Nmt) -> None:
     """Presses that came and went outside operational leave no trace after the entry."""
     story = KeyStory.operational(bench, PREFERRED)
     enter(bench, LEADS_TO[way_out])
@@ -211,7 +211,9 @@ def test_changes_outside_are_not_made_up_for(bench: Bench, keys: Keys, way_out: 
 
 @pytest.mark.requirement("KEY-07")
 @pytest.mark.parametrize("way_out", LEAVING, ids=name_of)
-def test_change_that_matures_outside_is_not_sent(bench: Bench, keys: Keys, way_out: Nmt) -> None:
+def test_change_that_matures_outside_is_not_sent(
+    bench: KeypadBench, keys: Keys, way_out: Nmt
+) -> None:
     """A press whose debounce time ends after operational was left brings no key frame."""
     bench_ns = bench.profile.limits.command_ns + bench.profile.limits.scan_ns + MARGIN_NS
     story = KeyStory.operational(bench, debounce=max(2, -(-2 * bench_ns // (100 * MS))))
@@ -229,7 +231,7 @@ def test_change_that_matures_outside_is_not_sent(bench: Bench, keys: Keys, way_o
 
 @pytest.mark.requirement("KEY-07", "KEY-01")
 @pytest.mark.parametrize("command", RESETS, ids=name_of)
-def test_reset_silences_the_keys(bench: Bench, keys: Keys, command: Nmt) -> None:
+def test_reset_silences_the_keys(bench: KeypadBench, keys: Keys, command: Nmt) -> None:
     """After a reset by command no key frame comes until the node is started again."""
     story = KeyStory.operational(bench, PREFERRED)
     name = keys.names[-1]
@@ -248,7 +250,7 @@ def test_reset_silences_the_keys(bench: Bench, keys: Keys, command: Nmt) -> None
 
 
 @pytest.mark.requirement("KEY-20")
-def test_releases_are_reported(bench: Bench, keys: Keys) -> None:
+def test_releases_are_reported(bench: KeypadBench, keys: Keys) -> None:
     """Letting go of one of two keys, then of the other, brings a key frame each."""
     needs_releases(bench)
     story = KeyStory.operational(bench, PREFERRED)
@@ -261,7 +263,7 @@ def test_releases_are_reported(bench: Bench, keys: Keys) -> None:
 
 
 @pytest.mark.requirement("KEY-21")
-def test_second_start_is_recorded(bench: Bench, keys: Keys) -> None:
+def test_second_start_is_recorded(bench: KeypadBench, keys: Keys) -> None:
     """Whether a start command while operational brings the key frame again is written down."""
     story = KeyStory.operational(bench, PREFERRED)
     name = keys.names[0]
@@ -276,7 +278,7 @@ def test_second_start_is_recorded(bench: Bench, keys: Keys) -> None:
 
 @pytest.mark.requirement("KEY-22", "KEY-01")
 @pytest.mark.parametrize("which", ["each", "all but one"])
-def test_keys_held_at_the_start_are_shown(bench: Bench, keys: Keys, which: str) -> None:
+def test_keys_held_at_the_start_are_shown(bench: KeypadBench, keys: Keys, which: str) -> None:
     """Keys held since before the start are shown at the latest the debounce time after entry."""
     names = keys.names if which == "each" else keys.names[:2]
     for name in names:
@@ -293,7 +295,9 @@ def test_keys_held_at_the_start_are_shown(bench: Bench, keys: Keys, which: str) 
 
 
 @pytest.mark.requirement("KEY-22", "KEY-01")
-def test_key_pressed_right_after_power_on_is_shown(bench: Bench, power: Power, keys: Keys) -> None:
+def test_key_pressed_right_after_power_on_is_shown(
+    bench: KeypadBench, power: Power, keys: Keys
+) -> None:
     """A key that is pressed while the node initialises disturbs no start, and is shown."""
     bench.fresh(PREFERRED)
     story = KeyStory(bench)
@@ -310,7 +314,9 @@ def test_key_pressed_right_after_power_on_is_shown(bench: Bench, power: Power, k
 @pytest.mark.requirement("KEY-22", "KEY-01")
 @pytest.mark.parametrize("moved", ["nothing", "press", "release"])
 @pytest.mark.parametrize("command", RESETS, ids=name_of)
-def test_keys_are_known_after_a_reset(bench: Bench, keys: Keys, command: Nmt, moved: str) -> None:
+def test_keys_are_known_after_a_reset(
+    bench: KeypadBench, keys: Keys, command: Nmt, moved: str
+) -> None:
     """What is held after a reset is shown, held through it, or moved while the node starts."""
     story = KeyStory.operational(bench, PREFERRED)
     special = bench.profile.commissioning_keys  # all of them at a reset: COM-28
@@ -331,7 +337,7 @@ def test_keys_are_known_after_a_reset(bench: Bench, keys: Keys, command: Nmt, mo
 
 
 @pytest.mark.requirement("KEY-22", "KEY-01", "KEY-07")
-def test_key_pressed_just_before_entry_is_shown(bench: Bench, keys: Keys) -> None:
+def test_key_pressed_just_before_entry_is_shown(bench: KeypadBench, keys: Keys) -> None:
     """A key that is pressed in pre-operational is shown; when it counts is written down."""
     story = KeyStory.begin(bench, {"node_id": 6}, debounce=3)
     keys.press(keys.names[1])
@@ -347,7 +353,7 @@ def test_key_pressed_just_before_entry_is_shown(bench: Bench, keys: Keys) -> Non
 
 @pytest.mark.requirement("KEY-23", "KEY-06")
 @pytest.mark.parametrize("apart_ms", [0, 3], ids=["at once", "within a scan"])
-def test_keys_that_mature_together(bench: Bench, keys: Keys, apart_ms: int) -> None:
+def test_keys_that_mature_together(bench: KeypadBench, keys: Keys, apart_ms: int) -> None:
     """All keys pressed together, then released together, are shown in one or several frames."""
     story = KeyStory.operational(bench, PREFERRED)
     count = 0
@@ -369,7 +375,7 @@ def test_keys_that_mature_together(bench: Bench, keys: Keys, apart_ms: int) -> N
 
 
 @pytest.mark.requirement("KEY-06", "KEY-07")
-def test_remote_request_changes_nothing(bench: Bench, keys: Keys) -> None:
+def test_remote_request_changes_nothing(bench: KeypadBench, keys: Keys) -> None:
     """A remote frame with the identifier of the key frame is no change of a key."""
     story = KeyStory.operational(bench, PREFERRED)
     expect_keys(bench, keys.names[:1], after=keys.press(keys.names[0]), requirement="KEY-02")

@@ -15,7 +15,7 @@ from hil_tests.acceptance.led_steps import (
     start_dark,
     steady_id,
 )
-from hil_tests.api import MS, Bench, Frame, Interval, Leds, Limits, NotRun
+from hil_tests.api import MS, Frame, Interval, KeypadBench, Leds, Limits, NotRun
 
 MARGIN_NS = 5 * MS
 """Beyond the limit, before the light is looked at."""
@@ -27,13 +27,15 @@ PERIODS = 4
 """Blink periods that are watched."""
 
 
-def needs_edges(bench: Bench, leds: Leds) -> None:
+def needs_edges(bench: KeypadBench, leds: Leds) -> None:
     """Raise NotRun where the bench does not see when an LED changes."""
     if not leds.sees_edges:
         raise NotRun(f"bench {bench.stage.name!r} cannot tell when an LED changes")
 
 
-def effect_of(bench: Bench, leds: Leds, frame: Frame) -> tuple[int, list[tuple[Interval, str]]]:
+def effect_of(
+    bench: KeypadBench, leds: Leds, frame: Frame
+) -> tuple[int, list[tuple[Interval, str]]]:
     """Send a frame while the LEDs are watched.
 
     Returns:
@@ -53,7 +55,7 @@ def effect_of(bench: Bench, leds: Leds, frame: Frame) -> tuple[int, list[tuple[I
 
 
 @pytest.mark.requirement("LED-01")
-def test_steady_light_follows_in_time(bench: Bench, leds: Leds) -> None:
+def test_steady_light_follows_in_time(bench: KeypadBench, leds: Leds) -> None:
     """All LEDs go on, and off again, within the limit after the frame."""
     needs_edges(bench, leds)
     start_dark(bench)
@@ -68,7 +70,7 @@ def test_steady_light_follows_in_time(bench: Bench, leds: Leds) -> None:
 
 
 @pytest.mark.requirement("LED-02")
-def test_blinking_begins_and_ends_in_time(bench: Bench, leds: Leds) -> None:
+def test_blinking_begins_and_ends_in_time(bench: KeypadBench, leds: Leds) -> None:
     """A lit LED that leaves the maps while it blinks goes dark within the limit, and stays so."""
     needs_edges(bench, leds)
     start_dark(bench)
@@ -89,7 +91,7 @@ def test_blinking_begins_and_ends_in_time(bench: Bench, leds: Leds) -> None:
 
 
 @pytest.mark.requirement("LED-05", "LED-02")
-def test_blink_follows_the_profile(bench: Bench, leds: Leds) -> None:
+def test_blink_follows_the_profile(bench: KeypadBench, leds: Leds) -> None:
     """Each complete light and each complete dark of every LED is as long as the profile says."""
     needs_edges(bench, leds)
     start_dark(bench)
@@ -109,7 +111,7 @@ def test_blink_follows_the_profile(bench: Bench, leds: Leds) -> None:
 
 
 @pytest.mark.requirement("LED-05")
-def test_leds_blink_in_step(bench: Bench, leds: Leds) -> None:
+def test_leds_blink_in_step(bench: KeypadBench, leds: Leds) -> None:
     """LEDs that blink together change together, also those that joined later."""
     needs_edges(bench, leds)
     start_dark(bench)
@@ -142,7 +144,7 @@ def test_leds_blink_in_step(bench: Bench, leds: Leds) -> None:
 
 
 @pytest.mark.requirement("LED-03", "LED-20")
-def test_steady_light_does_not_flicker(bench: Bench, leds: Leds) -> None:
+def test_steady_light_does_not_flicker(bench: KeypadBench, leds: Leds) -> None:
     """While other LEDs blink, and while maps are written anew, steady LEDs do not change."""
     needs_edges(bench, leds)
     start_dark(bench)

@@ -21,21 +21,21 @@ from hil_tests.acceptance.led_steps import (
     steady_id,
 )
 from hil_tests.acceptance.nmt_steps import RESETS, enter, name_of
-from hil_tests.api import Bench, Frame, Leds, Nmt, NotApplicable, Power, cobs, matchers
+from hil_tests.api import Frame, KeypadBench, Leds, Nmt, NotApplicable, Power, cobs, matchers
 
 LEAVING = (Nmt.STOP, Nmt.PRE_OPERATIONAL)
 MAPS = ("steady", "blink")
 
-Lights = Callable[[Bench, list[str]], object]
+Lights = Callable[[KeypadBench, list[str]], object]
 
 
-def leave(bench: Bench, way_out: Nmt) -> None:
+def leave(bench: KeypadBench, way_out: Nmt) -> None:
     """Out of operational, and long enough for that to have taken effect."""
     enter(bench, cobs.LEADS_TO[way_out])
 
 
 @pytest.mark.requirement("LED-01", "LED-03")
-def test_every_led_alone_is_steady(bench: Bench, leds: Leds) -> None:
+def test_every_led_alone_is_steady(bench: KeypadBench, leds: Leds) -> None:
     """Each bit of 200h + id by itself lights its LED and no other."""
     start_dark(bench)
     for name in leds.names:
@@ -44,7 +44,7 @@ def test_every_led_alone_is_steady(bench: Bench, leds: Leds) -> None:
 
 
 @pytest.mark.requirement("LED-02", "LED-03")
-def test_every_led_alone_blinks(bench: Bench, leds: Leds) -> None:
+def test_every_led_alone_blinks(bench: KeypadBench, leds: Leds) -> None:
     """Each bit of 300h + id by itself makes its LED blink and no other."""
     start_dark(bench)
     for name in leds.names:
@@ -53,7 +53,7 @@ def test_every_led_alone_blinks(bench: Bench, leds: Leds) -> None:
 
 
 @pytest.mark.requirement("LED-01")
-def test_steady_map_replaces_the_one_before(bench: Bench, leds: Leds) -> None:
+def test_steady_map_replaces_the_one_before(bench: KeypadBench, leds: Leds) -> None:
     """All on, every other one, the others, none: each frame is the whole map."""
     start_dark(bench)
     for names in (leds.names, leds.names[::2], leds.names[1::2], leds.names, ()):
@@ -62,7 +62,7 @@ def test_steady_map_replaces_the_one_before(bench: Bench, leds: Leds) -> None:
 
 
 @pytest.mark.requirement("LED-02")
-def test_blink_map_replaces_the_one_before(bench: Bench, leds: Leds) -> None:
+def test_blink_map_replaces_the_one_before(bench: KeypadBench, leds: Leds) -> None:
     """All blinking, every other one, the others, none: each frame is the whole map."""
     start_dark(bench)
     for names in (leds.names, leds.names[::2], leds.names[1::2], leds.names, ()):
@@ -71,7 +71,7 @@ def test_blink_map_replaces_the_one_before(bench: Bench, leds: Leds) -> None:
 
 
 @pytest.mark.requirement("LED-01", "LED-02")
-def test_bytes_of_the_source(bench: Bench, leds: Leds) -> None:
+def test_bytes_of_the_source(bench: KeypadBench, leds: Leds) -> None:
     """Node id 10 takes 20Ah#01 and 30Ah#02: the first LED on, the second one blinking."""
     profile = bench.profile
     bits = {bit: name for name, bit in profile.led_bits.items()}
@@ -88,7 +88,7 @@ def test_bytes_of_the_source(bench: Bench, leds: Leds) -> None:
     )
 
 
-def strange_frames(bench: Bench) -> list[Frame]:
+def strange_frames(bench: KeypadBench) -> list[Frame]:
     """Frames that look like LED frames of this node and are none."""
     all_on = led_data(bench, bench.profile.led_bits)
     size = len(all_on)
@@ -108,7 +108,7 @@ def strange_frames(bench: Bench) -> list[Frame]:
 
 
 @pytest.mark.requirement("LED-01", "LED-02")
-def test_frames_that_are_not_for_it_light_nothing(bench: Bench, leds: Leds) -> None:
+def test_frames_that_are_not_for_it_light_nothing(bench: KeypadBench, leds: Leds) -> None:
     """Remote, extended and NMT frames, and LED frames of other nodes, change no LED."""
     bench.needs_exclusive()
     start_dark(bench)
@@ -121,7 +121,7 @@ def test_frames_that_are_not_for_it_light_nothing(bench: Bench, leds: Leds) -> N
 
 
 @pytest.mark.requirement("LED-03")
-def test_maps_do_not_touch_each_other(bench: Bench, leds: Leds) -> None:
+def test_maps_do_not_touch_each_other(bench: KeypadBench, leds: Leds) -> None:
     """Writing either map leaves the LEDs of the other as they were."""
     start_dark(bench)
     half, rest = leds.names[::2], leds.names[1::2]
@@ -138,7 +138,7 @@ def test_maps_do_not_touch_each_other(bench: Bench, leds: Leds) -> None:
 
 
 @pytest.mark.requirement("LED-03")
-def test_each_map_is_kept_beneath_the_other(bench: Bench, leds: Leds) -> None:
+def test_each_map_is_kept_beneath_the_other(bench: KeypadBench, leds: Leds) -> None:
     """An LED in both maps goes on with the one that is left when it leaves the other."""
     start_dark(bench)
     name = leds.names[-1]
@@ -154,7 +154,9 @@ def test_each_map_is_kept_beneath_the_other(bench: Bench, leds: Leds) -> None:
 
 @pytest.mark.requirement("LED-04")
 @pytest.mark.parametrize("way_out", LEAVING, ids=name_of)
-def test_frames_outside_operational_light_nothing(bench: Bench, leds: Leds, way_out: Nmt) -> None:
+def test_frames_outside_operational_light_nothing(
+    bench: KeypadBench, leds: Leds, way_out: Nmt
+) -> None:
     """LED frames in pre-operational or stopped do nothing, then or on the next entry."""
     start_dark(bench)
     leave(bench, way_out)
@@ -167,7 +169,7 @@ def test_frames_outside_operational_light_nothing(bench: Bench, leds: Leds, way_
 
 
 @pytest.mark.requirement("LED-04")
-def test_frames_before_the_first_start_light_nothing(bench: Bench, leds: Leds) -> None:
+def test_frames_before_the_first_start_light_nothing(bench: KeypadBench, leds: Leds) -> None:
     """LED frames to a node that was never started do nothing, and nothing of them stays."""
     bench.start(PREFERRED)
     bench.wait(bench.profile.limits.emcy_ns)
@@ -186,7 +188,7 @@ def test_frames_before_the_first_start_light_nothing(bench: Bench, leds: Leds) -
 @pytest.mark.requirement("LED-04")
 @pytest.mark.parametrize("way_out", LEAVING, ids=name_of)
 def test_frames_outside_operational_put_nothing_out(
-    bench: Bench, leds: Leds, way_out: Nmt
+    bench: KeypadBench, leds: Leds, way_out: Nmt
 ) -> None:
     """Empty maps sent in pre-operational or stopped do not change what shines."""
     start_dark(bench)
@@ -204,7 +206,7 @@ def test_frames_outside_operational_put_nothing_out(
 
 @pytest.mark.requirement("LED-06")
 @pytest.mark.parametrize("which", MAPS)
-def test_short_frames_are_ignored(bench: Bench, leds: Leds, which: str) -> None:
+def test_short_frames_are_ignored(bench: KeypadBench, leds: Leds, which: str) -> None:
     """Frames with fewer bytes than the map, none included, change no LED."""
     start_dark(bench)
     on, blink = (leds.names, ()) if which == "steady" else ((), leds.names)
@@ -221,7 +223,7 @@ def test_short_frames_are_ignored(bench: Bench, leds: Leds, which: str) -> None:
 
 @pytest.mark.requirement("LED-06")
 @pytest.mark.parametrize("filling", [0x00, 0xFF], ids=["zeros", "ones"])
-def test_extra_bytes_mean_nothing(bench: Bench, leds: Leds, filling: int) -> None:
+def test_extra_bytes_mean_nothing(bench: KeypadBench, leds: Leds, filling: int) -> None:
     """The map stands in the first bytes; what follows, up to eight bytes, is not looked at."""
     size = bench.profile.led_frame_bytes
     if size == 8:
@@ -243,7 +245,7 @@ def test_extra_bytes_mean_nothing(bench: Bench, leds: Leds, filling: int) -> Non
 
 
 @pytest.mark.requirement("LED-06")
-def test_bits_without_an_led_mean_nothing(bench: Bench, leds: Leds) -> None:
+def test_bits_without_an_led_mean_nothing(bench: KeypadBench, leds: Leds) -> None:
     """Bits of the maps that belong to no LED light none."""
     spare = no_led_bits(bench)
     if not spare:
@@ -262,7 +264,7 @@ def test_bits_without_an_led_mean_nothing(bench: Bench, leds: Leds) -> None:
 
 @pytest.mark.requirement("LED-20")
 @pytest.mark.parametrize("first", MAPS)
-def test_led_in_both_maps(bench: Bench, leds: Leds, first: str) -> None:
+def test_led_in_both_maps(bench: KeypadBench, leds: Leds, first: str) -> None:
     """An LED in both maps is as the profile says, whichever frame came first."""
     start_dark(bench)
     half = leds.names[::2]
@@ -279,7 +281,7 @@ def test_led_in_both_maps(bench: Bench, leds: Leds, first: str) -> None:
 
 @pytest.mark.requirement("LED-21")
 @pytest.mark.parametrize("command", RESETS, ids=name_of)
-def test_leds_are_off_after_a_reset(bench: Bench, leds: Leds, command: Nmt) -> None:
+def test_leds_are_off_after_a_reset(bench: KeypadBench, leds: Leds, command: Nmt) -> None:
     """After a reset by command every LED is off, and stays so when the node is started."""
     bench.operational(PREFERRED)
     set_steady(bench, leds.names[::2])
@@ -299,7 +301,7 @@ def test_leds_are_off_after_a_reset(bench: Bench, leds: Leds, command: Nmt) -> N
 
 
 @pytest.mark.requirement("LED-21")
-def test_leds_are_off_after_power_on(bench: Bench, leds: Leds, power: Power) -> None:
+def test_leds_are_off_after_power_on(bench: KeypadBench, leds: Leds, power: Power) -> None:
     """After each power-on every LED is off, and stays so when the node is started."""
     bench.operational(PREFERRED)
     set_steady(bench, leds.names[::2])
@@ -315,7 +317,7 @@ def test_leds_are_off_after_power_on(bench: Bench, leds: Leds, power: Power) -> 
 
 @pytest.mark.requirement("LED-22", "LED-04")
 @pytest.mark.parametrize("way_out", LEAVING, ids=name_of)
-def test_leds_on_leaving_are_recorded(bench: Bench, leds: Leds, way_out: Nmt) -> None:
+def test_leds_on_leaving_are_recorded(bench: KeypadBench, leds: Leds, way_out: Nmt) -> None:
     """Whether the LEDs stay as they are when operational is left is written down."""
     start_dark(bench)
     half, rest = leds.names[::2], leds.names[1::2]

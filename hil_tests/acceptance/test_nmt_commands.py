@@ -19,7 +19,7 @@ from hil_tests.acceptance.nmt_steps import (
     expect_unmoved,
     name_of,
 )
-from hil_tests.api import MS, Bench, Frame, Keys, Nmt, Power, State, cobs, matchers
+from hil_tests.api import MS, Frame, KeypadBench, Keys, Nmt, Power, State, cobs, matchers
 
 UNKNOWN = tuple(set(range(256)) - set(Nmt))
 """00h, 03h..7Fh, 83h..FFh."""
@@ -32,7 +32,7 @@ ALL_NODES = 0
 
 @pytest.mark.requirement("NMT-04")
 @pytest.mark.parametrize("addressee", ["own id", "all nodes"])
-def test_each_command_is_obeyed(bench: Bench, addressee: str) -> None:
+def test_each_command_is_obeyed(bench: KeypadBench, addressee: str) -> None:
     """01h starts, 02h stops, 80h leads back, 81h and 82h reset: literal bytes."""
     if addressee == "all nodes":
         bench.needs_exclusive()
@@ -50,7 +50,7 @@ def test_each_command_is_obeyed(bench: Bench, addressee: str) -> None:
 @pytest.mark.requirement("NMT-07", "NMT-04", "NMT-06")
 @pytest.mark.parametrize("command", Nmt, ids=name_of)
 @pytest.mark.parametrize("state", RUNNING_STATES, ids=name_of)
-def test_command_to_own_id(bench: Bench, state: State, command: Nmt) -> None:
+def test_command_to_own_id(bench: KeypadBench, state: State, command: Nmt) -> None:
     """From each state each command to the node leads where CiA 301 says."""
     bench.start(QUICK)
     enter(bench, state)
@@ -61,7 +61,7 @@ def test_command_to_own_id(bench: Bench, state: State, command: Nmt) -> None:
 @pytest.mark.requirement("NMT-07", "NMT-04", "NMT-05", "NMT-06")
 @pytest.mark.parametrize("command", Nmt, ids=name_of)
 @pytest.mark.parametrize("state", RUNNING_STATES, ids=name_of)
-def test_command_to_another_then_to_all(bench: Bench, state: State, command: Nmt) -> None:
+def test_command_to_another_then_to_all(bench: KeypadBench, state: State, command: Nmt) -> None:
     """From each state a command to another node changes nothing, one to all does."""
     bench.needs_exclusive()
     bench.start(QUICK)
@@ -74,7 +74,7 @@ def test_command_to_another_then_to_all(bench: Bench, state: State, command: Nmt
 
 @pytest.mark.requirement("NMT-05")
 @pytest.mark.parametrize("state", RUNNING_STATES, ids=name_of)
-def test_unknown_commands_are_ignored(bench: Bench, state: State) -> None:
+def test_unknown_commands_are_ignored(bench: KeypadBench, state: State) -> None:
     """A command byte that CiA 301 does not define changes nothing."""
     bench.start({"heartbeat_ms": 20})
     first = enter(bench, state)
@@ -86,7 +86,7 @@ def test_unknown_commands_are_ignored(bench: Bench, state: State) -> None:
     expect_unmoved(bench, state, after=first, by="an unknown command")
 
 
-def other_ids(bench: Bench) -> list[int]:
+def other_ids(bench: KeypadBench) -> list[int]:
     """Node ids to address wrongly: all, or those that share bits with the right one."""
     own = bench.node_id
     alike = (own ^ 1, own ^ 2, own + 16, own + 64, own + 128, 127, 255)
@@ -96,7 +96,7 @@ def other_ids(bench: Bench) -> list[int]:
 
 @pytest.mark.requirement("NMT-05")
 @pytest.mark.parametrize("command", Nmt, ids=name_of)
-def test_commands_to_other_ids_are_ignored(bench: Bench, command: Nmt) -> None:
+def test_commands_to_other_ids_are_ignored(bench: KeypadBench, command: Nmt) -> None:
     """A command to any other node id, also to one that shares bits, changes nothing."""
     bench.needs_exclusive()
     bench.start({**QUICK, "node_id": 6})
@@ -128,7 +128,7 @@ def malformed(command: Nmt, node_id: int) -> list[Frame]:
 
 @pytest.mark.requirement("NMT-05")
 @pytest.mark.parametrize("command", Nmt, ids=name_of)
-def test_malformed_frames_are_not_obeyed(bench: Bench, command: Nmt) -> None:
+def test_malformed_frames_are_not_obeyed(bench: KeypadBench, command: Nmt) -> None:
     """Empty, one-byte, remote, extended and foreign long frames with identifier 0 do nothing."""
     bench.needs_exclusive()
     boot = bench.start(QUICK)
@@ -144,7 +144,7 @@ def test_malformed_frames_are_not_obeyed(bench: Bench, command: Nmt) -> None:
 
 @pytest.mark.requirement("NMT-05")
 @pytest.mark.parametrize("command", RESETS, ids=name_of)
-def test_remote_frame_does_not_repeat_the_last_command(bench: Bench, command: Nmt) -> None:
+def test_remote_frame_does_not_repeat_the_last_command(bench: KeypadBench, command: Nmt) -> None:
     """After a reset, frames without data do not make the node reset again."""
     bench.needs_exclusive()
     bench.start(QUICK)
@@ -164,7 +164,7 @@ def test_remote_frame_does_not_repeat_the_last_command(bench: Bench, command: Nm
 @pytest.mark.requirement("NMT-06")
 @pytest.mark.parametrize("state", RUNNING_STATES, ids=name_of)
 @pytest.mark.parametrize("command", RESETS, ids=name_of)
-def test_parameters_outlast_a_reset(bench: Bench, command: Nmt, state: State) -> None:
+def test_parameters_outlast_a_reset(bench: KeypadBench, command: Nmt, state: State) -> None:
     """After a reset by command the node has its node id and its heartbeat time still."""
     bench.start({"node_id": 11, "heartbeat_ms": 60})
     enter(bench, state)
@@ -178,7 +178,9 @@ def test_parameters_outlast_a_reset(bench: Bench, command: Nmt, state: State) ->
 
 
 @pytest.mark.requirement("NMT-06")
-def test_commissioned_parameters_outlast_resets(bench: Bench, power: Power, keys: Keys) -> None:
+def test_commissioned_parameters_outlast_resets(
+    bench: KeypadBench, power: Power, keys: Keys
+) -> None:
     """What was commissioned over the bus is still there after resets from every state."""
     target = attrs.evolve(bench.fresh(), node_id=13, heartbeat_ms=60)
     bench.commission(target)
@@ -194,7 +196,7 @@ def test_commissioned_parameters_outlast_resets(bench: Bench, power: Power, keys
 
 @pytest.mark.requirement("NMT-04", "NMT-07")
 @pytest.mark.parametrize("last", Nmt, ids=name_of)
-def test_burst_ends_in_the_state_of_the_last(bench: Bench, last: Nmt) -> None:
+def test_burst_ends_in_the_state_of_the_last(bench: KeypadBench, last: Nmt) -> None:
     """Of commands back to back none is lost: the last one decides."""
     bench.start(QUICK)
     others = [command for command in COMMAND_TO.values() if command is not last]
@@ -206,7 +208,7 @@ def test_burst_ends_in_the_state_of_the_last(bench: Bench, last: Nmt) -> None:
 
 @pytest.mark.requirement("NMT-21")
 @pytest.mark.parametrize("length", [3, 8], ids=lambda length: f"{length}-bytes")
-def test_longer_frames_are_recorded(bench: Bench, length: int) -> None:
+def test_longer_frames_are_recorded(bench: KeypadBench, length: int) -> None:
     """Whether an NMT frame of more than two bytes is obeyed is written down."""
     bench.start(QUICK)
     frame = Frame(0, bytes((Nmt.STOP, bench.node_id)).ljust(length, b"\0"))
@@ -218,7 +220,7 @@ def test_longer_frames_are_recorded(bench: Bench, length: int) -> None:
 
 
 @pytest.mark.requirement("NMT-22")
-def test_emcy_after_reset_communication_is_recorded(bench: Bench) -> None:
+def test_emcy_after_reset_communication_is_recorded(bench: KeypadBench) -> None:
     """Whether the EMCY comes again after reset communication is written down."""
     bench.start(QUICK)
     sent = bench.nmt(Nmt.RESET_COMMUNICATION)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from hil_tests.api import MS, Bench, Frame, Nmt, Seen, nmt_frame
+from hil_tests.api import MS, Frame, KeypadBench, Nmt, Seen, nmt_frame
 from hil_tests.judge.nmt_oracle import Limits, Story, breaches
 
 KINDS = (*Nmt, 0x00, 0x03, 0x83, "short", "remote", "extended")
@@ -38,7 +38,7 @@ def frame_of(kind: int | str, to: int) -> Frame:
     return nmt_frame(int(kind), to)
 
 
-def play(bench: Bench, steps: Sequence[int]) -> None:
+def play(bench: KeypadBench, steps: Sequence[int]) -> None:
     """Send the frames at their distances, and look on until everything must have shown."""
     to = {"own": bench.node_id, "all": 0, "other": bench.node_id + 1}
     for code in steps:
@@ -53,7 +53,7 @@ def play(bench: Bench, steps: Sequence[int]) -> None:
     bench.wait(2 * bench.watch.expected.heartbeat_each.at_most_ns)
 
 
-def recorded(bench: Bench, boot: Seen) -> Story:
+def recorded(bench: KeypadBench, boot: Seen) -> Story:
     """Everything since the boot-up, with what is known of a late host."""
     bench.settle()
     frames = [seen._replace(wanted=bench.when(seen)) for seen in bench.frames_seen(boot.index + 1)]
@@ -69,7 +69,7 @@ def recorded(bench: Bench, boot: Seen) -> Story:
 @example([step(110, 0x02), step(55, 0x82, "all"), step(15, 0x82), step(110, 0x01)])
 @example([step(0, "short"), step(0, "remote"), step(0, "extended"), step(110, 0x01, "other")])
 @example([step(110, 0x01), step(15, 0x03), step(15, 0x83), step(15, 0x00), step(0, 0x81, "other")])
-def test_any_sequence(bench: Bench, steps: list[int]) -> None:
+def test_any_sequence(bench: KeypadBench, steps: list[int]) -> None:
     """Each frame of the node is explained by the commands before it, and nothing is missing."""
     bench.needs_exclusive()
     bench.begin_example()

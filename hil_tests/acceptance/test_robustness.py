@@ -18,10 +18,10 @@ from hil_tests.acceptance.commissioning_steps import (
 )
 from hil_tests.api import (
     MS,
-    Bench,
     BitRate,
     Frame,
     FrameNotCarried,
+    KeypadBench,
     Keys,
     Leds,
     Limits,
@@ -81,14 +81,14 @@ def garbage(node_id: int, count: int) -> Iterator[Frame]:
             yield Frame(can_id, data)
 
 
-def litter(bench: Bench, count: int) -> None:
+def litter(bench: KeypadBench, count: int) -> None:
     """Send garbage, as far as the adapter has a way to send it."""
     for frame in garbage(bench.node_id, count):
         with suppress(FrameNotCarried):
             bench.send(frame)
 
 
-def expect_obeys(bench: Bench, requirement: str, reset_by: str = "") -> None:
+def expect_obeys(bench: KeypadBench, requirement: str, reset_by: str = "") -> None:
     """The node obeys NMT.
 
     Args:
@@ -109,7 +109,7 @@ def expect_obeys(bench: Bench, requirement: str, reset_by: str = "") -> None:
     )
 
 
-def obeying(bench: Bench, state: Nmt = Nmt.PRE_OPERATIONAL) -> int:
+def obeying(bench: KeypadBench, state: Nmt = Nmt.PRE_OPERATIONAL) -> int:
     """The node obeys before anything is done to it: how many boot-ups that has brought.
 
     Args:
@@ -128,7 +128,7 @@ QUICK = {"heartbeat_ms": 100}
 
 @pytest.mark.requirement("ROB-01")
 @pytest.mark.parametrize("state", [Nmt.PRE_OPERATIONAL, Nmt.START, Nmt.STOP], ids=lambda c: c.name)
-def test_garbage_changes_nothing(bench: Bench, state: Nmt) -> None:
+def test_garbage_changes_nothing(bench: KeypadBench, state: Nmt) -> None:
     """Frames of every kind that are not meant for the node leave state, cadence and obedience."""
     bench.needs_exclusive()
     bench.start(prefer=QUICK)
@@ -144,7 +144,7 @@ def test_garbage_changes_nothing(bench: Bench, state: Nmt) -> None:
 
 
 @pytest.mark.requirement("ROB-01")
-def test_every_identifier_changes_nothing(bench: Bench) -> None:
+def test_every_identifier_changes_nothing(bench: KeypadBench) -> None:
     """A frame of each base identifier but those of the node's services changes nothing."""
     bench.needs_exclusive()
     bench.start(prefer=QUICK)
@@ -161,7 +161,7 @@ def test_every_identifier_changes_nothing(bench: Bench) -> None:
 
 
 @pytest.mark.requirement("ROB-01")
-def test_parameters_outlast_garbage(bench: Bench, power: Power) -> None:
+def test_parameters_outlast_garbage(bench: KeypadBench, power: Power) -> None:
     """Stored parameters survive garbage, the commissioning message in operation included."""
     bench.needs_exclusive()
     bench.needs_writes("a faulty device may store a 4F8h that it gets in operation")
@@ -204,7 +204,7 @@ SDO_REQUESTS = (
 
 @pytest.mark.requirement("ROB-01")
 @pytest.mark.parametrize("state", [Nmt.PRE_OPERATIONAL, Nmt.START, Nmt.STOP], ids=lambda c: c.name)
-def test_sdo_requests_do_no_harm(bench: Bench, state: Nmt) -> None:
+def test_sdo_requests_do_no_harm(bench: KeypadBench, state: Nmt) -> None:
     """SDO requests, answered or not, neither restart the node nor disturb it."""
     bench.start(prefer=QUICK)
     obeying(bench, state)
@@ -221,7 +221,7 @@ def test_sdo_requests_do_no_harm(bench: Bench, state: Nmt) -> None:
 
 @pytest.mark.requirement("ROB-02")
 def test_a_whole_life_of_listed_frames(
-    bench: Bench, power: Power, keys: Keys, leds: Leds, bitrate: BitRate
+    bench: KeypadBench, power: Power, keys: Keys, leds: Leds, bitrate: BitRate
 ) -> None:
     """Through starts, states, keys and LED frames the node sends its listed frames only."""
     bench.fresh(prefer=QUICK)
@@ -250,7 +250,7 @@ def test_a_whole_life_of_listed_frames(
 
 @pytest.mark.requirement("ROB-02")
 @pytest.mark.parametrize("base", [0x080, 0x180, 0x200, 0x300, 0x580, 0x600, 0x700])
-def test_remote_frames_are_not_answered(bench: Bench, base: int) -> None:
+def test_remote_frames_are_not_answered(bench: KeypadBench, base: int) -> None:
     """A remote frame for any of the node's identifiers, node guarding included, gets no answer."""
     bench.needs_exclusive()
     bench.operational(prefer=QUICK)
@@ -284,7 +284,7 @@ def filler(first: int) -> list[Frame]:
 
 @pytest.mark.requirement("ROB-03", "HB-04")
 @pytest.mark.timed("a wire without arbitration cannot be loaded to a known share")
-def test_keeps_its_periods_under_lower_priority_load(bench: Bench, keys: Keys) -> None:
+def test_keeps_its_periods_under_lower_priority_load(bench: KeypadBench, keys: Keys) -> None:
     """At full load by lower-priority frames heartbeat and key frames come as always."""
     bench.operational(bit_rate_code=3, heartbeat_ms=100, debounce=1)
     judge_row(bench, some_row(bench, next_beat(bench, exactly(bench.now()))), "HB-01")
@@ -307,7 +307,7 @@ def test_keeps_its_periods_under_lower_priority_load(bench: Bench, keys: Keys) -
     )
 
 
-def expect_key_frames(bench: Bench, keys: Keys) -> list[Seen]:
+def expect_key_frames(bench: KeypadBench, keys: Keys) -> list[Seen]:
     """Each key pressed and released is reported, in time, whatever is on the bus."""
     found = []
     limits = bench.profile.limits
@@ -329,7 +329,7 @@ def expect_key_frames(bench: Bench, keys: Keys) -> list[Seen]:
 
 @pytest.mark.requirement("ROB-03", "KEY-06")
 @pytest.mark.timed("a wire without arbitration cannot be loaded to a known share")
-def test_loses_no_key_change_under_higher_priority_load(bench: Bench, keys: Keys) -> None:
+def test_loses_no_key_change_under_higher_priority_load(bench: KeypadBench, keys: Keys) -> None:
     """After full load by higher-priority frames every key change is told, in order."""
     bench.operational(bit_rate_code=3, heartbeat_ms=1000, debounce=1)
     press_and_release(bench, keys, "KEY-05")  # before the load
@@ -354,7 +354,7 @@ def test_loses_no_key_change_under_higher_priority_load(bench: Bench, keys: Keys
 
 @pytest.mark.requirement("ROB-03", "HB-01")
 @pytest.mark.timed("a wire without arbitration cannot be loaded to a known share")
-def test_recovers_after_higher_priority_load(bench: Bench) -> None:
+def test_recovers_after_higher_priority_load(bench: KeypadBench) -> None:
     """When a load of higher priority ends, the node is back in its rhythm and obeys."""
     bench.start(bit_rate_code=3, heartbeat_ms=1000)
     obeying(bench)
@@ -367,7 +367,7 @@ def test_recovers_after_higher_priority_load(bench: Bench) -> None:
 
 
 @pytest.mark.requirement("ROB-04")
-def test_error_frames_are_shrugged_off(bench: Bench, keys: Keys) -> None:
+def test_error_frames_are_shrugged_off(bench: KeypadBench, keys: Keys) -> None:
     """Error frames at any instant: what the node makes of them is written down."""
     bench.operational(heartbeat_ms=100, debounce=1)
     start = bench.now()

@@ -6,8 +6,8 @@ import pytest
 
 from hil_tests.acceptance.nmt_steps import QUICK, RESETS, enter, expect_unmoved, name_of
 from hil_tests.api import (
-    Bench,
     Frame,
+    KeypadBench,
     Keys,
     Moment,
     Nmt,
@@ -25,7 +25,7 @@ LINGER_NS = 1 * S
 NOT_STARTED = (State.PRE_OPERATIONAL, State.STOPPED)
 
 
-def expect_announcement(bench: Bench, start: Moment | Seen) -> Seen:
+def expect_announcement(bench: KeypadBench, start: Moment | Seen) -> Seen:
     """Boot-up, first of all frames of the node, then the EMCY "hardware".
 
     Returns:
@@ -37,21 +37,21 @@ def expect_announcement(bench: Bench, start: Moment | Seen) -> Seen:
     return boot
 
 
-def count_boot_ups(bench: Bench, after: Moment | Seen) -> int:
+def count_boot_ups(bench: KeypadBench, after: Moment | Seen) -> int:
     """How many boot-ups there were since `after`, a while later."""
     bench.wait(LINGER_NS)
     return len(bench.collect(matchers.boot_up(bench.node_id), after=after, until=bench.now()))
 
 
 @pytest.mark.requirement("NMT-01")
-def test_node_is_pre_operational_after_start(bench: Bench) -> None:
+def test_node_is_pre_operational_after_start(bench: KeypadBench) -> None:
     """After a start without the commissioning keys the heartbeat shows pre-operational."""
     boot = bench.start(QUICK)
     bench.expect_state(State.PRE_OPERATIONAL, after=boot)
 
 
 @pytest.mark.requirement("NMT-02")
-def test_boot_up_comes_first_then_emcy(bench: Bench, power: Power) -> None:
+def test_boot_up_comes_first_then_emcy(bench: KeypadBench, power: Power) -> None:
     """After power-on the first frame of the node is boot-up; the EMCY "hardware" follows."""
     bench.fresh(QUICK)
     on = power.on()
@@ -66,7 +66,7 @@ def test_boot_up_comes_first_then_emcy(bench: Bench, power: Power) -> None:
 
 
 @pytest.mark.requirement("NMT-02")
-def test_boot_up_comes_once(bench: Bench, power: Power) -> None:
+def test_boot_up_comes_once(bench: KeypadBench, power: Power) -> None:
     """There is one boot-up for each power-on, not two."""
     bench.fresh(QUICK)
     on = power.on()
@@ -76,7 +76,7 @@ def test_boot_up_comes_once(bench: Bench, power: Power) -> None:
 
 
 @pytest.mark.requirement("NMT-02")
-def test_boot_up_is_one_zero_byte(bench: Bench, power: Power) -> None:
+def test_boot_up_is_one_zero_byte(bench: KeypadBench, power: Power) -> None:
     """Boot-up is 0x70X with one byte 00h, X being the node id, as the source writes it."""
     bench.fresh({**QUICK, "node_id": 10})
     on = power.on()
@@ -88,7 +88,7 @@ def test_boot_up_is_one_zero_byte(bench: Bench, power: Power) -> None:
 
 
 @pytest.mark.requirement("NMT-02")
-def test_third_power_on_is_like_the_first(bench: Bench, power: Power) -> None:
+def test_third_power_on_is_like_the_first(bench: KeypadBench, power: Power) -> None:
     """Each of three power cycles brings one boot-up, then the EMCY."""
     bench.fresh(QUICK)
     for turn in (1, 2, 3):
@@ -100,7 +100,7 @@ def test_third_power_on_is_like_the_first(bench: Bench, power: Power) -> None:
 
 
 @pytest.mark.requirement("NMT-02", "NMT-06")
-def test_third_reset_node_is_like_the_first(bench: Bench) -> None:
+def test_third_reset_node_is_like_the_first(bench: KeypadBench) -> None:
     """Each of three commands "reset node" brings one boot-up, then the EMCY."""
     bench.start(QUICK)
     for turn in (1, 2, 3):
@@ -116,7 +116,7 @@ def test_third_reset_node_is_like_the_first(bench: Bench) -> None:
 
 @pytest.mark.requirement("NMT-02", "NMT-06")
 @pytest.mark.parametrize("command", RESETS, ids=name_of)
-def test_reset_brings_one_boot_up(bench: Bench, command: Nmt) -> None:
+def test_reset_brings_one_boot_up(bench: KeypadBench, command: Nmt) -> None:
     """There is one boot-up for each reset by command, not two."""
     bench.start(QUICK)
     sent = bench.nmt(command)
@@ -129,7 +129,7 @@ def test_reset_brings_one_boot_up(bench: Bench, command: Nmt) -> None:
 
 
 @pytest.mark.requirement("NMT-20", "NMT-02")
-def test_emcy_has_the_generic_hardware_code(bench: Bench) -> None:
+def test_emcy_has_the_generic_hardware_code(bench: KeypadBench) -> None:
     """The EMCY of a start is 0050h, generic error set, and five zeros: 50h is the high byte."""
     boot = bench.start({**QUICK, "node_id": 1})
     emcy = bench.expect(
@@ -146,7 +146,7 @@ def test_emcy_has_the_generic_hardware_code(bench: Bench) -> None:
 
 @pytest.mark.requirement("NMT-03")
 @pytest.mark.parametrize("state", NOT_STARTED, ids=name_of)
-def test_left_alone_it_does_not_start(bench: Bench, state: State) -> None:
+def test_left_alone_it_does_not_start(bench: KeypadBench, state: State) -> None:
     """Without a command the node stays where it is."""
     bench.start(QUICK)
     sent = enter(bench, state)
@@ -156,7 +156,7 @@ def test_left_alone_it_does_not_start(bench: Bench, state: State) -> None:
 
 @pytest.mark.requirement("NMT-03")
 @pytest.mark.parametrize("state", NOT_STARTED, ids=name_of)
-def test_keys_do_not_start_it(bench: Bench, keys: Keys, state: State) -> None:
+def test_keys_do_not_start_it(bench: KeypadBench, keys: Keys, state: State) -> None:
     """Pressing and releasing keys, one by one and all together, starts nothing."""
     parameters = bench.fresh({**QUICK, "debounce": 1})
     bench.boot()
@@ -193,7 +193,7 @@ def traffic_that_starts_nothing(node_id: int) -> tuple[Frame, ...]:
 
 @pytest.mark.requirement("NMT-03")
 @pytest.mark.parametrize("state", NOT_STARTED, ids=name_of)
-def test_other_traffic_does_not_start_it(bench: Bench, state: State) -> None:
+def test_other_traffic_does_not_start_it(bench: KeypadBench, state: State) -> None:
     """LED frames, SYNC, TIME, requests, heartbeats of others and 4F8h start nothing."""
     bench.needs_exclusive()
     bench.start(QUICK)

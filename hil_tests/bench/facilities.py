@@ -67,21 +67,21 @@ class Power:
 class Keys:
     """The keys of the device."""
 
-    def __init__(self, bench: BenchCore, driver: KeysDriver) -> None:
+    def __init__(self, bench: BenchCore, driver: KeysDriver, bits: Mapping[str, int]) -> None:
         self._bench = bench
         self._driver = driver
+        self._bits = bits
         self.held: frozenset[str] = frozenset()
 
     @property
     def names(self) -> tuple[str, ...]:
         """All keys of the profile, in bit order."""
-        bits = self._bench.profile.key_bits
-        return tuple(sorted(bits, key=bits.__getitem__))
+        return tuple(sorted(self._bits, key=self._bits.__getitem__))
 
     @property
     def mask(self) -> int:
         """The keys held now, as bits of the key frame."""
-        return sum(1 << self._bench.profile.key_bits[name] for name in self.held)
+        return sum(1 << self._bits[name] for name in self.held)
 
     def hold(self, *names: str) -> Moment:
         """From now on exactly these keys are held."""
@@ -129,15 +129,15 @@ class Keys:
 class Leds:
     """The LEDs of the device."""
 
-    def __init__(self, bench: BenchCore, driver: LedsDriver) -> None:
+    def __init__(self, bench: BenchCore, driver: LedsDriver, bits: Mapping[str, int]) -> None:
         self._bench = bench
         self._driver = driver
+        self._bits = bits
 
     @property
     def names(self) -> tuple[str, ...]:
         """All LEDs of the profile, in bit order."""
-        bits = self._bench.profile.led_bits
-        return tuple(sorted(bits, key=bits.__getitem__))
+        return tuple(sorted(self._bits, key=self._bits.__getitem__))
 
     @property
     def sees_edges(self) -> bool:

@@ -330,7 +330,7 @@ class JudgingBench(BenchCore):
         settled = interval_of(after).latest + expected.command_ns
         matcher = matchers.heartbeat(self.node_id)
         patience_ns = expected.heartbeat_each.at_most_ns
-        requirement = requirement or "HB-01"
+        requirement = requirement or expected.ids.beat
         effect = Interval(settled, settled)
         last: When = effect
         while True:
@@ -347,17 +347,18 @@ class JudgingBench(BenchCore):
             self.measure(measured, limits, text, requirement=requirement, since=after)
         state = SHOWN.get(seen.frame.data[0]) if len(seen.frame.data) == 1 else None
         if state is None:
-            self.fail(f"{seen.frame} shows no NMT state", requirement="HB-02", since=after)
+            text = f"{seen.frame} shows no NMT state"
+            self.fail(text, requirement=expected.ids.beat_form, since=after)
         return state
 
     def expect_state(self, state: State, *, after: When, requirement: str = "") -> None:
         """The heartbeat shows `state` once a command has had time to act.
 
-        Where only the next one does, the command was obeyed and shown too late (HB-03).
+        Where only the next one does, the command was obeyed and shown too late.
         """
         found = self.shown_state(after)
         if found is not state and self.shown_state(self.now()) is state:
-            requirement = "HB-03"
+            requirement = self.watch.expected.ids.shown_late
         text = f"state {state} after {_name(after)}; the heartbeat shows {found}"
         self.check(found is state, text, requirement=requirement, since=after)
 

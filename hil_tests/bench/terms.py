@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from hil_tests.clock import FOREVER, Interval
 from hil_tests.judge.causal import Seen
@@ -12,7 +13,7 @@ from hil_tests.judge.verdict import Limits
 from hil_tests.trace import Moment
 
 if TYPE_CHECKING:
-    from hil_tests.config import DeviceProfile, Parameters
+    from hil_tests.config import DeviceLimits, DeviceProfile, Setup
 
 When = Seen | Moment | Interval | int
 """What an expectation can count from."""
@@ -26,35 +27,48 @@ def interval_of(when: When) -> Interval:
 
 
 def expected_of(
-    profile: DeviceProfile, parameters: Parameters | None, *, exclusive: bool, fades: bool = False
+    profile: DeviceProfile,
+    parameters: Setup | None,
+    *,
+    exclusive: bool,
+    fades: bool = False,
+    **of_its_kind: Any,
 ) -> Expected:
     """What the judge is told about a device.
 
     Args:
         profile: its facts and limits.
-        parameters: what it is commissioned to; None = not known.
+        parameters: what it is set to; None = not known.
         exclusive: nobody else is on the bus.
         fades: without supply it lives on for a while, at most as long as a power cycle takes.
+        of_its_kind: what `Expected` holds of this kind of device besides.
     """
     limits = profile.limits
-    period_ns = parameters.heartbeat_ns if parameters else 0
+    known = Expected(
+        node_id=parameters.node_id if parameters else None,
+        heartbeat_ns=None,
+        bit_rate=parameters.bit_rate if parameters else None,
+        command_ns=limits.command_ns,
+        boot_up_ns=limits.boot_up_ns,
+        fade_ns=limits.power_off_ns if fades else 0,
+        exclusive=exclusive,
+        **of_its_kind,
+    )
+    return beating(known, limits, parameters.heartbeat_ns if parameters else None)
+
+
+def beating(known: Expected, limits: DeviceLimits, period_ns: int | None) -> Expected:
+    """The same device with another heartbeat period; 0 = none, None = not known."""
     each = limits.heartbeat_each_ns(period_ns) if period_ns else (0, FOREVER)
     mean = limits.heartbeat_mean_ns(period_ns) if period_ns else (0, FOREVER)
     # A least distance of 0 asks nothing of beats that follow each other anyway.
     each = (each[0] or -FOREVER, each[1])
-    return Expected(
-        node_id=parameters.node_id if parameters else None,
-        heartbeat_ns=parameters.heartbeat_ns if parameters else None,
+    return replace(
+        known,
+        heartbeat_ns=period_ns,
         heartbeat_each=Limits(*each),
         heartbeat_mean=Limits(*mean),
         heartbeat_first=Limits(at_most_ns=each[1]),
-        bit_rate=parameters.bit_rate if parameters else None,
-        command_ns=limits.command_ns,
-        boot_up_ns=limits.boot_up_ns,
-        key_bytes=profile.key_frame_bytes,
-        emcy_ns=limits.emcy_ns,
-        fade_ns=limits.power_off_ns if fades else 0,
-        exclusive=exclusive,
     )
 
 

@@ -1,6 +1,6 @@
 """The limits that a board is judged by, as exact integers.
 
-Defaults: the keypad's default profile. A tolerance that is a share of a period is rounded
+Defaults: the shipped profiles. A tolerance that is a share of a period is rounded
 down to a whole ns, so that the limits are never wider than the profile says.
 """
 
@@ -41,33 +41,20 @@ Part = Annotated[int, Share(100 * PPM_PER_PERCENT)]
 
 
 @attrs.frozen
-class ProfileLimits:
-    """The table [limits]: spans in ns, shares in parts per million."""
+class DeviceLimits:
+    """The limits that every kind of device has: spans in ns, shares in parts per million."""
 
     boot_up_ns: Time = 1 * S
-    """Power-on to boot-up, at most."""
-    emcy_ns: Time = 100 * MS
-    """Boot-up to EMCY, at most."""
+    """Power-on or reset to boot-up, at most."""
     power_off_ns: Time = 200 * MS
     """Supply off between two cycles, at least."""
-    store_ns: Time = 500 * MS
-    """First 3F8h to parameters safe, at most."""
+    command_ns: Time = 50 * MS
+    """NMT command to its effect, at most."""
     heartbeat_each_ppm: Part = 5 * PPM_PER_PERCENT
     """Each interval; or `heartbeat_floor_ns`, whichever is more."""
     heartbeat_floor_ns: Tolerance = 5 * MS
     heartbeat_mean_ppm: Part = 2 * PPM_PER_PERCENT
     """Mean of 20 intervals or more."""
-    echo_each_ns: Tolerance = 10 * MS
-    """Each interval of 3F8h around 100 ms."""
-    echo_mean_ppm: Part = 2 * PPM_PER_PERCENT
-    command_ns: Time = 50 * MS
-    """NMT command to its effect, at most."""
-    scan_ns: Time = 10 * MS
-    """How often the board reads its keys, at most."""
-    key_frame_ns: Time = 20 * MS
-    """Debounced change to request of the key frame, at most."""
-    led_ns: Time = 50 * MS
-    """LED frame to light, at most."""
 
     def heartbeat_each_ns(self, period_ns: int) -> tuple[int, int]:
         """Least and most of one heartbeat interval, in ns."""
@@ -78,6 +65,25 @@ class ProfileLimits:
         """Least and most of the mean of 20 heartbeat intervals or more, in ns."""
         return _around(period_ns, _share(period_ns, self.heartbeat_mean_ppm))
 
+
+@attrs.frozen
+class KeypadLimits(DeviceLimits):
+    """The table [limits] of a keypad."""
+
+    emcy_ns: Time = 100 * MS
+    """Boot-up to EMCY, at most."""
+    store_ns: Time = 500 * MS
+    """First 3F8h to parameters safe, at most."""
+    echo_each_ns: Tolerance = 10 * MS
+    """Each interval of 3F8h around 100 ms."""
+    echo_mean_ppm: Part = 2 * PPM_PER_PERCENT
+    scan_ns: Time = 10 * MS
+    """How often the board reads its keys, at most."""
+    key_frame_ns: Time = 20 * MS
+    """Debounced change to request of the key frame, at most."""
+    led_ns: Time = 50 * MS
+    """LED frame to light, at most."""
+
     def echo_each(self, period_ns: int = ECHO_PERIOD_NS) -> tuple[int, int]:
         """Least and most of one interval of 3F8h, in ns."""
         return _around(period_ns, self.echo_each_ns)
@@ -85,6 +91,26 @@ class ProfileLimits:
     def echo_mean(self, period_ns: int = ECHO_PERIOD_NS) -> tuple[int, int]:
         """Least and most of the mean interval of 3F8h, in ns."""
         return _around(period_ns, _share(period_ns, self.echo_mean_ppm))
+
+
+@attrs.frozen
+class Cia301Limits(DeviceLimits):
+    """The table [limits] of a device with object dictionary: a drive, or a generic one."""
+
+    sdo_ns: Time = 50 * MS
+    """SDO request to its answer, at most."""
+    emcy_ns: Time = 20 * MS
+    """Error or its end to the EMCY, at most."""
+    guard_answer_ns: Time = 10 * MS
+    """Guarding request to its answer, at most."""
+    life_ns: Time = 20 * MS
+    """End of a life time or consumer time to the event, at most."""
+    sync_pdo_ns: Time = 2 * MS
+    """SYNC to the request of a synchronous TPDO, at most."""
+    event_pdo_ns: Time = 20 * MS
+    """Event to the request of an event-driven TPDO, at most."""
+    store_ns: Time = 1 * S
+    """1010h accepted to everything safe, at most."""
 
 
 def _share(period_ns: int, ppm: int) -> int:

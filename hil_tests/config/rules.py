@@ -17,7 +17,7 @@ from hil_tests.config.report import Problem, Wrong, near_miss, show
 
 Value_co = TypeVar("Value_co", covariant=True)
 
-_NAME = re.compile(r"[A-Za-z0-9_-]{1,32}")
+NAME = re.compile(r"[A-Za-z0-9_-]{1,32}")
 _SHARE = re.compile(r"([0-9]{1,6})(?:\.([0-9]{1,9}))?\s*%")
 _LONGEST_QUANTITY = 32
 PPM_PER_PERCENT = 10_000
@@ -178,7 +178,7 @@ class BitMap:
 def _bit_problems(name: str, bit: object, owners: dict[int, str]) -> list[Problem]:
     """What is wrong with one name; notes the owner of its bit."""
     problems = []
-    if not _NAME.fullmatch(name):
+    if not NAME.fullmatch(name):
         what = "write names of 1..32 letters, digits, _ or -"
         problems.append(Problem((name,), what, bit))
     try:

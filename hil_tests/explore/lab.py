@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 
-from hil_tests.bench.bench import Bench
+from hil_tests.bench.keypad import KeypadBench
 from hil_tests.bench.virtual import VirtualStage
-from hil_tests.config import load_profile
+from hil_tests.config import load_keypad
 from hil_tests.errors import ConfigError
 from hil_tests.judge.verdict import NotRun, Outcome, Verdict
 from hil_tests.scenarios.play import play
@@ -45,13 +45,13 @@ class Lab:
     """
 
     def __init__(self, profile: str = "keypad", model: str | None = None) -> None:
-        facts = load_profile(profile)
+        facts = load_keypad(profile)
         try:
             faults.make(model, keypad.load(facts.path))
             stage = VirtualStage(partial(faults.make, model), keypad.load(facts.path), "virtual")
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise ConfigError(f"no such model: {error}") from error
-        self.bench = Bench(stage, facts, facts.factory)
+        self.bench = KeypadBench(stage, facts, facts.factory)
         self.played = 0
         self.why_not = ""
         """Why the last scenario was not played; "" = it was."""

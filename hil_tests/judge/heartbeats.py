@@ -16,10 +16,11 @@ from node_model.frame import Frame
 
 
 class Heartbeats:
-    """Cadence and content of the heartbeat (HB-01, HB-02, HB-05, HB-06, NMT-03, NMT-07)."""
+    """Cadence and content of the heartbeat (of a keypad HB-01 to HB-06, NMT-07)."""
 
     def __init__(self, expected: Expected, timeline: StateTimeline) -> None:
         self._expected = expected
+        self._ids = expected.ids
         self._timeline = timeline
         self._low = expected.heartbeat_each.at_least_ns
         self._high = expected.heartbeat_each.at_most_ns
@@ -101,16 +102,18 @@ class Heartbeats:
             return  # its length is the other monitor's business
         state = SHOWN.get(data[0])
         if self._expected.heartbeat_ns == 0:
-            self._suspect("HB-05", f"heartbeat {seen.frame} although its period is 0", seen)
+            text = f"heartbeat {seen.frame} although its period is 0"
+            self._suspect(self._ids.beat_off, text, seen)
         if state is None:
-            self._suspect("HB-02", f"heartbeat {seen.frame} shows no NMT state", seen)
+            text = f"heartbeat {seen.frame} shows no NMT state"
+            self._suspect(self._ids.beat_form, text, seen)
             return
         if state in self._timeline.possible(seen.wanted):
             if self._timeline.sure(seen.wanted) is state:
                 self._known = seen.frame
             return
         never_started = state is State.OPERATIONAL and not self._started
-        requirement = "NMT-03" if never_started else "NMT-07"
+        requirement = self._ids.self_start if never_started else self._ids.state
         text = f"heartbeat shows {state}, which no command led to"
         self._suspicions.append(
             Suspicion(
@@ -133,7 +136,7 @@ class Heartbeats:
         limits = self._expected.heartbeat_first if first else self._expected.heartbeat_each
         if not first and last.wanted.earliest <= self._free_until:
             limits = type(limits)(at_most_ns=limits.at_most_ns)
-        name = "HB-06" if first else "HB-01"
+        name = self._ids.beat_first if first else self._ids.beat
         text = "first heartbeat after the boot-up" if first else "interval between two heartbeats"
         if limits.check(seen.wanted.since(last.wanted)) is Outcome.FAIL:
             self._suspicions.append(Suspicion(name, text, seen, always_wrong, last, limits))
@@ -150,7 +153,9 @@ class Heartbeats:
         if total.check(measured) is Outcome.FAIL:
             mean = show_span(measured.latest // count)
             text = f"mean of {count} heartbeat intervals is {mean}; allowed {limits} each"
-            self._suspicions.append(Suspicion("HB-01", text, last, always_wrong, first, total))
+            self._suspicions.append(
+                Suspicion(self._ids.beat, text, last, always_wrong, first, total)
+            )
 
     def restarted(self, when: Interval, by: Nmt | None) -> None:
         """A new start."""
@@ -184,7 +189,7 @@ class Heartbeats:
         limits = first if self._first else each
         silent = until - last.wanted.latest
         if silent > limits.at_most_ns:
-            name = "HB-06" if self._first else "HB-01"
+            name = self._ids.beat_first if self._first else self._ids.beat
             text = f"no heartbeat for {show_span(silent)}"
             measured = Interval(silent, silent)
             verdict = Verdict(name, Outcome.FAIL, text, measured, limits, last.at)

@@ -162,16 +162,18 @@ class AllowedFrames:
 
 
 class BootUp:
-    """Boot-up comes once after each reset, first of all, and never else (NMT-02, NMT-06)."""
+    """Boot-up comes once after each reset, first of all, and never else."""
 
     def __init__(self, expected: Expected) -> None:
         self._expected = expected
+        self._ids = expected.ids
         self._can_id = ERROR_CONTROL + (expected.node_id or 0)
         self._owed = 0
         self._excused = 0
         self._since = Interval(0, 0)
         self._grace_ns = 0
-        self._name = "NMT-02"
+        self._commanded = False
+        self._name = self._ids.boot_up
         self._suspicions: list[Suspicion] = []
         self._missing: list[Silence] = []
 
@@ -188,12 +190,12 @@ class BootUp:
             self._since = Interval(-1, -1)
         elif self._owed and self._since.latest >= 0:
             if self._name == "COM-27":
-                self._name = "NMT-02"  # a regular start it is, whatever it lacks
+                self._name = self._ids.boot_up  # a regular start it is, whatever it lacks
             bound = self._since.latest + self._grace_ns
             if seen.wanted.latest > bound:
                 self._suspicions.append(
                     Suspicion(
-                        "NMT-06" if self._name == "NMT-06" else "NMT-02",
+                        self._ids.reset_first if self._commanded else self._ids.boot_first,
                         f"{frame} came before the boot-up",
                         seen,
                         lambda when: Outcome.FAIL if when.earliest > bound else Outcome.PASS,
@@ -220,7 +222,7 @@ class BootUp:
         self._since = Interval(-1, -1)
 
     def _suspect(self, text: str, seen: Seen) -> None:
-        self._suspicions.append(Suspicion("NMT-02", text, seen, always_wrong))
+        self._suspicions.append(Suspicion(self._ids.boot_again, text, seen, always_wrong))
 
     def _overdue(self, until: int) -> None:
         """Note a boot-up that should have come by `until`."""
@@ -237,8 +239,8 @@ class BootUp:
         self._overdue(when.earliest)
         self._owed = 1 if by is None else self._owed + 1
         self._excused = 0 if by is None else self._excused
-        # That a command to reset leads to a boot-up is NMT-06.
-        self._name = "NMT-02" if by is None else "NMT-06"
+        self._commanded = by is not None
+        self._name = self._ids.reset if self._commanded else self._ids.boot_up
         self._since = when
         self._grace_ns = 0 if by is None else self._expected.command_ns
 

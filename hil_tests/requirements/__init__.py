@@ -1,16 +1,29 @@
-"""The catalogue of requirements: texts, clauses and classes, one TOML file a kind of device."""
+"""The catalogue of requirements: texts, clauses and classes, one TOML file a source."""
 
 from __future__ import annotations
 
 from hil_tests.requirements.catalogue import (
     FACILITIES,
+    KINDS,
     LENIENT,
     Kind,
     LimitDefault,
     Requirement,
     load,
+    load_all,
     near,
     parse,
 )
 
-__all__ = ["FACILITIES", "LENIENT", "Kind", "LimitDefault", "Requirement", "load", "near", "parse"]
+__all__ = [
+    "FACILITIES",
+    "KINDS",
+    "LENIENT",
+    "Kind",
+    "LimitDefault",
+    "Requirement",
+    "load",
+    "load_all",
+    "near",
+    "parse",
+]

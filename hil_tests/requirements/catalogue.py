@@ -1,6 +1,6 @@
 """The requirements that a device is judged by: what they say, where, and what they weigh.
 
-Read from the TOML file of the device's kind; nothing is kept between calls. Standard
+Read from the TOML files of the device's kind; nothing is kept between calls. Standard
 library only, because judging from a recording needs these texts and nothing else.
 """
 
@@ -18,10 +18,19 @@ from typing import NamedTuple
 
 from hil_tests.errors import ConfigError
 
-FACILITIES = ("power", "keys", "leds", "bitrate")
+FACILITIES = ("power", "keys", "leds", "bitrate", "faults")
 """What a requirement can need of the bench."""
 
 ORIGINS = ("source", "cia301", "reading")
+
+KINDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "keypad": ("keypad",),
+        "drive": ("nmt", "sync_emcy"),
+        "generic": ("nmt",),
+    }
+)
+"""The catalogues that a kind of device is judged by: one file for each source."""
 
 _ID = re.compile(r"(?:C-)?[A-Z]{2,4}-[0-9]{2}")
 _TEXTS = ("text", "source", "clause", "class", "origin")
@@ -74,18 +83,33 @@ class Requirement:
     """Facilities of the bench without which it is not run."""
 
 
-def load(kind: str = "keypad") -> Mapping[str, Requirement]:
-    """The requirements of a kind of device, by id, in the order of the file.
+def load(kind: str) -> Mapping[str, Requirement]:
+    """The requirements of a kind of device, by id, in the order of its files.
 
     Raises:
-        ConfigError: there is no such kind, or every problem of its file, one a line.
+        ConfigError: there is no such kind, or every problem of its files, one a line.
     """
-    files = {file.name: file for file in importlib.resources.files(__package__).iterdir()}
-    file = files.get(f"{kind}.toml")
-    if file is None:
-        kinds = sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml"))
-        raise ConfigError(f"no requirements for {kind!r}; there are some for: {', '.join(kinds)}")
-    return parse(file.read_text("utf-8"), file.name)
+    if kind not in KINDS:
+        raise ConfigError(f"no requirements for {kind!r}; there are some for: {', '.join(KINDS)}")
+    return _joined(KINDS[kind])
+
+
+def load_all() -> Mapping[str, Requirement]:
+    """The requirements of every kind of device, by id.
+
+    Raises:
+        ConfigError: every problem of a file, one a line.
+    """
+    return _joined(dict.fromkeys(name for names in KINDS.values() for name in names))
+
+
+def _joined(names: Iterable[str]) -> Mapping[str, Requirement]:
+    """The requirements of some catalogues; no id stands in two of them."""
+    found: dict[str, Requirement] = {}
+    for name in names:
+        file = importlib.resources.files(__package__).joinpath(f"{name}.toml")
+        found |= parse(file.read_text("utf-8"), file.name)
+    return MappingProxyType(found)
 
 
 def parse(text: str, name: str) -> Mapping[str, Requirement]:

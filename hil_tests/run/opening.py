@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from hil_tests.bench.bench import Bench
+from hil_tests.bench.kinds import bench_for
 from hil_tests.errors import BenchError, ConfigError
 from hil_tests.run import stash
 from hil_tests.run.capture import PytestCapture
@@ -57,7 +58,7 @@ def open_bench(plan: Plan, capture: Capture | None = None) -> Bench:
     stage = _virtual(plan) if plan.device == VIRTUAL else _real(plan, capture)
     with ExitStack() as undo:
         undo.callback(stage.close)
-        bench = Bench(stage, plan.profile, plan.home)
+        bench = bench_for(stage, plan.profile, plan.home)
         if not plan.virtual and bench.bitrate:
             bench.bitrate.set(stage.bit_rate)
         undo.pop_all()
@@ -65,6 +66,8 @@ def open_bench(plan: Plan, capture: Capture | None = None) -> Bench:
 
 
 def _virtual(plan: Plan) -> Stage:
+    if plan.profile.kind != "keypad":
+        raise ConfigError(f"{plan.profile.path}: there is no model of a {plan.profile.kind} yet")
     from hil_tests.bench.virtual import VirtualStage  # noqa: PLC0415 - the model, when needed
     from node_model import faults, keypad  # noqa: PLC0415
 

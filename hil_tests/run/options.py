@@ -79,7 +79,7 @@ OPTIONS = (
     ),
     Option(
         "can-profile",
-        "facts and limits of the device: a bundled name (keypad) or your TOML file",
+        "facts and limits of the device: a bundled name (keypad, drive, generic) or a TOML file",
         "NAME|FILE",
         default="keypad",
     ),
@@ -89,7 +89,7 @@ OPTIONS = (
         "serial number of the device, as it stands on its label: its runs are kept together by it",
         "TEXT",
     ),
-    Option("can-eds", "EDS file of a generic device (not with the keypad profile)", "FILE"),
+    Option("can-eds", "EDS file of the device; a generic one needs it, no keypad has one", "FILE"),
     Option(
         "can-bench",
         "bench file (TOML): bus, device, and how power, keys, LEDs and bit rate are moved",

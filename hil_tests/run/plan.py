@@ -5,12 +5,22 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import attrs
 
 from hil_tests.clock import FOREVER, parse_span
-from hil_tests.config import BenchFile, DeviceProfile, Parameters, load_bench, load_profile
+from hil_tests.config import (
+    BenchFile,
+    Cia301Parameters,
+    Cia301Profile,
+    DeviceProfile,
+    Parameters,
+    Setup,
+    load_bench,
+    load_profile,
+)
 from hil_tests.errors import ConfigError
 from hil_tests.requirements import Requirement, load
 
@@ -42,7 +52,7 @@ class Plan:
         exclusive: nothing else lives on the bus.
         timed: whether the wire arbitrates and has bit times, as far as can be told.
         profile: of the device.
-        home: what the device is commissioned to; None = not known.
+        home: what the device is set to; None = not known.
         facilities: that the bench has.
         bench_name: for people.
         bench_file: as read, or None.
@@ -57,7 +67,7 @@ class Plan:
     exclusive: bool
     timed: bool
     profile: DeviceProfile
-    home: Parameters | None
+    home: Setup | None
     facilities: tuple[str, ...]
     bench_name: str
     bench_file: BenchFile | None
@@ -112,7 +122,7 @@ def make_plan(settings: Settings) -> Plan:
         bit_rate=settings["can_bitrate"] or (bench.bus.bitrate if bench else None),
         exclusive=device != EXTERNAL or (bench is not None and bench.bus.exclusive),
         timed=not real or _timed(channel or "", interface or "socketcan"),
-        profile=profile,
+        profile=_with_eds(profile, settings["can_eds"]),
         home=_home(settings, bench, profile, device),
         facilities=bench.facilities if device == EXTERNAL and bench else _facilities(device),
         bench_name=_bench_name(bench, device),
@@ -121,6 +131,11 @@ def make_plan(settings: Settings) -> Plan:
         requirements=load(profile.kind),
         settings=settings,
     )
+
+
+def _with_eds(profile: DeviceProfile, path: str | None) -> DeviceProfile:
+    """The profile with the electronic data sheet of the command line, where there is one."""
+    return attrs.evolve(profile, eds=path) if path else profile
 
 
 def _files(settings: Settings) -> tuple[BenchFile | None, DeviceProfile]:
@@ -185,9 +200,7 @@ def _check(
     interface: str | None,
 ) -> None:
     """Whatever does not go together, all at once."""
-    wrong = []
-    if settings["can_eds"]:
-        wrong.append("--can-eds goes with the profile 'generic', which this version has not yet")
+    wrong = _eds_problems(settings, profile)
     if settings["can_report_pdf"]:
         wrong.append("--can-report-pdf: this version writes results.json and traces, no PDF yet")
     if device == MODEL and interface == "virtual":
@@ -210,6 +223,18 @@ def _check(
     wrong += _no_scenarios(settings["can_scenario"])
     if wrong:
         raise ConfigError("\n".join(wrong))
+
+
+def _eds_problems(settings: Settings, profile: DeviceProfile) -> list[str]:
+    """What is wrong with the electronic data sheet, or that there is none."""
+    given = settings["can_eds"]
+    if given and profile.kind == "keypad":
+        return [f"--can-eds {given}: a keypad is described by its profile; leave it out"]
+    if given and not Path(given).is_file():
+        return [f"--can-eds {given}: no such file"]
+    if not given and profile.kind == "generic" and profile.eds is None:
+        return ["the profile describes any device; say which with --can-eds FILE"]
+    return []
 
 
 def _unknown_budget(text: str | None) -> list[str]:
@@ -248,14 +273,34 @@ def unknown_mutant(name: str) -> list[str]:
 
 def _home(
     settings: Settings, bench: BenchFile | None, profile: DeviceProfile, device: str
-) -> Parameters | None:
+) -> Setup | None:
+    """What the device is set to, as far as anybody says."""
     node_id = settings["can_node_id"]
+    if isinstance(profile, Cia301Profile):
+        return _cia301_home(settings, bench, profile)
     if device != EXTERNAL:
-        return attrs.evolve(profile.factory, node_id=node_id) if node_id else profile.factory
+        factory = profile.factory
+        assert isinstance(factory, Parameters)
+        return attrs.evolve(factory, node_id=node_id) if node_id else factory
     known = bench.device.parameters if bench else None
     if known is None or bench is None:
         return None
     return known.complete(node_id or bench.device.node_id)
+
+
+def _cia301_home(
+    settings: Settings, bench: BenchFile | None, profile: Cia301Profile
+) -> Cia301Parameters:
+    """Its factory settings, but for what options and bench file say."""
+    said = {
+        "node_id": settings["can_node_id"] or (bench.device.node_id if bench else None),
+        "bit_rate": settings["can_bitrate"] or (bench.bus.bitrate if bench else None),
+        "heartbeat_ms": bench.device.parameters.heartbeat_ms
+        if bench and bench.device.parameters
+        else None,
+    }
+    known = {name: value for name, value in said.items() if value is not None}
+    return attrs.evolve(profile.factory, **known)
 
 
 def _facilities(device: str) -> tuple[str, ...]:

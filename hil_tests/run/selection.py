@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 from hil_tests.bench import terms
-from hil_tests.requirements import Requirement, near
+from hil_tests.requirements import Requirement, load_all, near
 from hil_tests.run.plan import ALL_FACILITIES
-from hil_tests.run.stash import claimed
+from hil_tests.run.stash import CLAIMS, claimed, is_ours
 
 if TYPE_CHECKING:
     from hil_tests.run.plan import Plan
@@ -22,8 +22,25 @@ def check(items: Sequence[pytest.Item], plan: Plan) -> None:
     Raises:
         pytest.UsageError: all of them, each with its near misses.
     """
-    check_ids(items, plan.requirements)
+    check_ids(items, load_all())
     check_clauses(plan.settings["can_clause"], plan.requirements)
+
+
+def of_kind(
+    items: Iterable[pytest.Item], known: Mapping[str, Requirement]
+) -> tuple[list[pytest.Item], list[pytest.Item]]:
+    """Tests that concern this kind of device, and those that concern others alone.
+
+    From here on a test claims those of its requirements that are of this kind.
+    """
+    chosen: list[pytest.Item] = []
+    others: list[pytest.Item] = []
+    for item in items:
+        if is_ours(item):
+            item.stash[CLAIMS] = tuple(name for name in claimed(item) if name in known)
+        concerned = not is_ours(item) or claimed(item)
+        (chosen if concerned else others).append(item)
+    return chosen, others
 
 
 def mark_not_run(items: Iterable[pytest.Item], plan: Plan) -> None:

@@ -26,6 +26,8 @@ MARKERS = (
 SETTINGS = pytest.StashKey[options.Settings]()
 PLAN = pytest.StashKey["Plan"]()
 RUN = pytest.StashKey["Run"]()
+CLAIMS = pytest.StashKey[tuple[str, ...]]()
+"""Of a test: the requirements that it claims, as far as they concern the kind of device."""
 
 
 def settings_of(config: pytest.Config) -> options.Settings:
@@ -62,7 +64,9 @@ def run_of(config: pytest.Config) -> Run | None:
 
 
 def claimed(item: pytest.Item) -> tuple[str, ...]:
-    """The requirements that a test claims."""
+    """The requirements that a test claims; of the kind under test, once that is known."""
+    if CLAIMS in item.stash:
+        return item.stash[CLAIMS]
     marker = item.get_closest_marker("requirement")
     return tuple(str(each) for each in marker.args) if marker else ()
 

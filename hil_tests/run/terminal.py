@@ -43,18 +43,11 @@ def bench_lines(run: Run) -> list[str]:
     if bench is None or run.broken is not None:
         return [f"BENCH BROKEN: {run.broken}"]
     facts = bench.description()
-    parameters = bench.parameters
-    if parameters is None:
-        known = "not known"
-    else:
-        known = (
-            f"node id {parameters.node_id}, {parameters.bit_rate} bit/s, heartbeat"
-            f" {parameters.heartbeat_ms} ms, debounce {parameters.debounce * 100} ms"
-        )
+    known = "not known" if bench.parameters is None else str(bench.parameters)
     return [
         f"bus: {facts['bus']}",
         f"clock: {facts['clock']}",
-        f"commissioned to: {known}",
+        f"{bench.set_to}: {known}",
         f"written to: {run.folder.path}",
     ]
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from hil_tests.api import Bench, Frame, Verdict, cobs
+from hil_tests.api import Frame, KeypadBench, Verdict, cobs
 
 _BY_STATE = frozenset(("NMT-02", "NMT-03", "NMT-07", "KEY-01", "KEY-06", "KEY-07"))
 """Verdicts that a wrong NMT state leads to."""
@@ -21,7 +21,7 @@ _LOOK_BACK = 400
 """Frames."""
 
 
-def better(bench: Bench, node_id: int, verdict: Verdict) -> Verdict:
+def better(bench: KeypadBench, node_id: int, verdict: Verdict) -> Verdict:
     """The verdict, with the requirement that says most about its cause."""
     if verdict.requirement not in _BY_STATE or verdict.at is None:
         return verdict
@@ -38,7 +38,7 @@ def better(bench: Bench, node_id: int, verdict: Verdict) -> Verdict:
     return replace(verdict, requirement=name, text=f"{verdict.text}, after {lure}")
 
 
-def _lure(bench: Bench, node_id: int, at: int) -> Frame | None:
+def _lure(bench: KeypadBench, node_id: int, at: int) -> Frame | None:
     """The last frame that the device should have ignored, if it was right before it."""
     trace = bench.trace
     index = min(trace.index_at(at), len(trace) - 1)
@@ -57,7 +57,7 @@ def _lure(bench: Bench, node_id: int, at: int) -> Frame | None:
     return None
 
 
-def _restarted(bench: Bench, node_id: int, at: int) -> bool:
+def _restarted(bench: KeypadBench, node_id: int, at: int) -> bool:
     """Whether the verdict is about a boot-up that came."""
     trace = bench.trace
     index = min(trace.index_at(at), len(trace) - 1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from hil_tests.api import ECHO_PERIOD_NS, Bench, Limits, Outcome, Verdict
+from hil_tests.api import ECHO_PERIOD_NS, KeypadBench, Limits, Outcome, Verdict
 from hil_tests.clock import FOREVER
 from hil_tests.judge.echoes import EchoRules, Stay, judge_echoes
 from hil_tests.judge.lights import LightRules, judge_lights
@@ -13,7 +13,7 @@ from hil_tests.scenarios.record import Life
 from hil_tests.scenarios.story import doubted, judge_key_frames, key_rules
 
 
-def judge_operation(bench: Bench, life: Life, until: int, *, doubts: bool) -> list[Verdict]:
+def judge_operation(bench: KeypadBench, life: Life, until: int, *, doubts: bool) -> list[Verdict]:
     """What is wrong in a life of regular operation.
 
     Args:
@@ -30,7 +30,9 @@ def judge_operation(bench: Bench, life: Life, until: int, *, doubts: bool) -> li
     return in_order(doubted(found, life))
 
 
-def judge_commissioning(bench: Bench, life: Life, ready_at: int, until: int) -> list[Verdict]:
+def judge_commissioning(
+    bench: KeypadBench, life: Life, ready_at: int, until: int
+) -> list[Verdict]:
     """What is wrong in a stay in commissioning.
 
     Args:

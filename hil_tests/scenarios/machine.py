@@ -11,7 +11,7 @@ from hypothesis import note
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule
 
-from hil_tests.api import Bench, DeviceFailure, InconclusiveResult
+from hil_tests.api import DeviceFailure, InconclusiveResult, KeypadBench
 from hil_tests.clock import MS
 from hil_tests.scenarios.families import FLIPS, LED_MAPS, NOISE, REQUESTS, STRANGE_NMT, WAYS
 from hil_tests.scenarios.grammar import Teller
@@ -28,7 +28,7 @@ class KeypadMachine(RuleBasedStateMachine):
     Subclass it with a bench.
     """
 
-    bench: ClassVar[Bench]
+    bench: ClassVar[KeypadBench]
     claims: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self) -> None:

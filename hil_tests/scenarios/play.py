@@ -5,7 +5,15 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import replace
 
-from hil_tests.api import MS, Bench, DeviceFailure, InconclusiveResult, Interval, Outcome, Verdict
+from hil_tests.api import (
+    MS,
+    DeviceFailure,
+    InconclusiveResult,
+    Interval,
+    KeypadBench,
+    Outcome,
+    Verdict,
+)
 from hil_tests.scenarios.blame import better
 from hil_tests.scenarios.player import LeftOpen, Player
 from hil_tests.scenarios.scenario import Scenario
@@ -20,7 +28,7 @@ GONE = "ROB-01"
 """Requirement of a device that no longer acknowledges: it was there when the scenario began."""
 
 
-def play(bench: Bench, scenario: Scenario, *, doubts: bool = True) -> list[Verdict]:
+def play(bench: KeypadBench, scenario: Scenario, *, doubts: bool = True) -> list[Verdict]:
     """Play a scenario; everything that was wrong, the first first.
 
     Args:
@@ -34,7 +42,7 @@ def play(bench: Bench, scenario: Scenario, *, doubts: bool = True) -> list[Verdi
     return _verdicts(_played(bench, scenario, doubts=doubts))
 
 
-def judge(bench: Bench, scenario: Scenario, *claims: str) -> None:
+def judge(bench: KeypadBench, scenario: Scenario, *claims: str) -> None:
     """Play a scenario, and end the test with the first thing that is wrong.
 
     Args:
@@ -51,7 +59,7 @@ def judge(bench: Bench, scenario: Scenario, *claims: str) -> None:
     conclude(bench, _played(bench, scenario, doubts=True), scenario, *claims)
 
 
-def conclude(bench: Bench, player: Player, scenario: Scenario, *claims: str) -> None:
+def conclude(bench: KeypadBench, player: Player, scenario: Scenario, *claims: str) -> None:
     """End the test with the first thing that was wrong with what was played; see `judge`."""
     # A device that differs from a reading of ours must not hide what it breaks besides.
     for verdict in sorted(_verdicts(player), key=lambda each: each.requirement in _ASIDE):
@@ -65,7 +73,7 @@ def conclude(bench: Bench, player: Player, scenario: Scenario, *claims: str) -> 
         bench.record(Verdict(name, Outcome.PASS, "everything is as it must be"))
 
 
-def _played(bench: Bench, scenario: Scenario, *, doubts: bool) -> Player:
+def _played(bench: KeypadBench, scenario: Scenario, *, doubts: bool) -> Player:
     player = Player(bench, doubts=doubts)
     try:
         player.begin(scenario)
@@ -85,7 +93,7 @@ def _verdicts(player: Player) -> list[Verdict]:
     return [better(player.bench, player.node_id, each) for each in named]
 
 
-def _look_from(bench: Bench, verdict: Verdict) -> Interval:
+def _look_from(bench: KeypadBench, verdict: Verdict) -> Interval:
     """From where on the evidence is shown."""
     at = bench.now() if verdict.at is None else verdict.at
     return Interval(at - EVIDENCE_NS, at)

@@ -12,9 +12,9 @@ from functools import lru_cache
 from hil_tests.api import (
     COMMISSIONING_RATE,
     MS,
-    Bench,
     Frame,
     FrameNotCarried,
+    KeypadBench,
     NotRun,
     Parameters,
     Seen,
@@ -59,7 +59,7 @@ class Player:
         LeftOpen: (`do`) the requirements do not say what follows.
     """
 
-    def __init__(self, bench: Bench, *, doubts: bool = True) -> None:
+    def __init__(self, bench: KeypadBench, *, doubts: bool = True) -> None:
         self.bench = bench
         self.found: list[Verdict] = []
         self.limits = bench.profile.limits
@@ -362,7 +362,7 @@ class Player:
             self.bench.leds.read()
 
 
-def order_of(bench: Bench) -> tuple[str, ...]:
+def order_of(bench: KeypadBench) -> tuple[str, ...]:
     """The keys in the order of the bits of a scenario's mask.
 
     Bits 0 and 1 are the commissioning keys, in the order of their bits in the key frame;

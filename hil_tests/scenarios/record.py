@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from hil_tests.api import Bench, Interval, Moment, Nmt, Seen, State, cobs
+from hil_tests.api import Interval, KeypadBench, Moment, Nmt, Seen, State, cobs
 from hil_tests.clock import FOREVER
 from hil_tests.judge.echoes import Echo, Request
 from hil_tests.judge.keys import Edge, Report, Turn
@@ -30,7 +30,9 @@ class Life:
         held: the keys held then, as bits of the key frame.
     """
 
-    def __init__(self, bench: Bench, node_id: int, since: tuple[int, int], held: int) -> None:
+    def __init__(
+        self, bench: KeypadBench, node_id: int, since: tuple[int, int], held: int
+    ) -> None:
         self._bench = bench
         self._node_id = node_id
         self._limits = bench.profile.limits

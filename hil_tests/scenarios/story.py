@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from hil_tests.api import LOOK_ON_NS, Bench, NotRun, Outcome, Verdict
+from hil_tests.api import LOOK_ON_NS, KeypadBench, NotRun, Outcome, Verdict
 from hil_tests.judge.keys import KeyRules, KeyTimeline, judge_keys
 from hil_tests.scenarios.record import Life
 
@@ -17,14 +17,14 @@ class KeyStory:
         bench: the device is about to be switched on, or reset.
     """
 
-    def __init__(self, bench: Bench) -> None:
+    def __init__(self, bench: KeypadBench) -> None:
         self._bench = bench
         self._from = bench.trace.mark()
         self._held = bench.keys.mask if bench.keys else 0
 
     @classmethod
     def begin(
-        cls, bench: Bench, prefer: Mapping[str, int] | None = None, **needed: int
+        cls, bench: KeypadBench, prefer: Mapping[str, int] | None = None, **needed: int
     ) -> KeyStory:
         """A regular start, no key held: the device is pre-operational."""
         bench.fresh(prefer, **needed)
@@ -35,7 +35,7 @@ class KeyStory:
 
     @classmethod
     def operational(
-        cls, bench: Bench, prefer: Mapping[str, int] | None = None, **needed: int
+        cls, bench: KeypadBench, prefer: Mapping[str, int] | None = None, **needed: int
     ) -> KeyStory:
         """A regular start and the command "start", its key frame awaited."""
         story = cls.begin(bench, prefer, **needed)
@@ -95,7 +95,7 @@ class KeyStory:
         return (verdict.at or self._bench.now()) - span_ns
 
 
-def when_all_is_told(bench: Bench, judged: Callable[[], list[Verdict]]) -> list[Verdict]:
+def when_all_is_told(bench: KeypadBench, judged: Callable[[], list[Verdict]]) -> list[Verdict]:
     """Verdicts on what was recorded; where something is wrong, once more a while later.
 
     In real time a host may have been stopped with a frame in hand, which seems to be missing.
@@ -108,7 +108,7 @@ def when_all_is_told(bench: Bench, judged: Callable[[], list[Verdict]]) -> list[
     return found
 
 
-def key_rules(bench: Bench) -> KeyRules:
+def key_rules(bench: KeypadBench) -> KeyRules:
     """Facts and limits of a device's keys as it is commissioned now.
 
     Raises:

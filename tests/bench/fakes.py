@@ -8,15 +8,15 @@ from contextlib import ExitStack
 from typing import Any
 
 from hil_tests.bench.action import LedEdges
-from hil_tests.bench.bench import Bench
+from hil_tests.bench.keypad import KeypadBench
 from hil_tests.bench.virtual import Done
 from hil_tests.clock import MS, US, Interval, exactly
-from hil_tests.config import Parameters, load_profile
+from hil_tests.config import Parameters, load_keypad
 from hil_tests.errors import BusUnavailable
 from hil_tests.trace import BusEvent, Sighting
 from node_model.frame import Frame
 
-PROFILE = load_profile("keypad")
+PROFILE = load_keypad("keypad")
 HOME = PROFILE.factory
 ECHO_NS = 100 * US
 
@@ -180,7 +180,7 @@ class FakeStage:
 
 def bench_of(
     port: FakePort | None = None, parameters: Parameters | None = HOME, **options: Any
-) -> tuple[Bench, FakeStage]:
+) -> tuple[KeypadBench, FakeStage]:
     """A bench on a fake stage."""
     stage = FakeStage(port or FakePort(), **options)
-    return Bench(stage, PROFILE, parameters), stage
+    return KeypadBench(stage, PROFILE, parameters), stage

@@ -10,7 +10,7 @@ from typing import Any
 import attrs
 import pytest
 
-from hil_tests.bench.bench import Bench, payload
+from hil_tests.bench.keypad import KeypadBench, payload
 from hil_tests.bench.virtual import VirtualStage
 from hil_tests.clock import MS, S
 from hil_tests.config import Parameters
@@ -229,10 +229,10 @@ def test_needs_that_are_filled_are_silent() -> None:
     bench.needs_writes("it stores")
 
 
-def virtual(home: Parameters = HOME) -> Bench:
+def virtual(home: Parameters = HOME) -> KeypadBench:
     """A bench in virtual time."""
     stage = VirtualStage(lambda profile, image: faults.make(None, profile, image), keypad.load())
-    return Bench(stage, PROFILE, home)
+    return KeypadBench(stage, PROFILE, home)
 
 
 def test_in_virtual_time_every_start_can_be_had() -> None:
@@ -316,10 +316,10 @@ def test_fake_and_virtual_stages_are_stages() -> None:
 # Whom to blame.
 
 
-def blamed(fault: str, act: Callable[[Bench], object]) -> str:
+def blamed(fault: str, act: Callable[[KeypadBench], object]) -> str:
     """The requirement on which a faulty keypad fails something."""
     stage = VirtualStage(lambda profile, image: faults.make(fault, profile, image), keypad.load())
-    bench = Bench(stage, PROFILE, HOME)
+    bench = KeypadBench(stage, PROFILE, HOME)
     bench.begin()
     with pytest.raises(DeviceFailure) as failure:
         act(bench)
@@ -336,7 +336,7 @@ def blamed(fault: str, act: Callable[[Bench], object]) -> str:
 )
 def test_who_is_not_operational_is_not_blamed_for_its_keys(fault: str, requirement: str) -> None:
     """A node that does not obey "start" owes no key frame; one that does owes it in time."""
-    assert blamed(fault, Bench.operational) == requirement
+    assert blamed(fault, KeypadBench.operational) == requirement
 
 
 @pytest.mark.parametrize(
@@ -346,7 +346,7 @@ def test_who_is_not_operational_is_not_blamed_for_its_keys(fault: str, requireme
 def test_a_state_that_is_shown_late_was_reached(fault: str, requirement: str) -> None:
     """Where the next heartbeat shows it the command was obeyed."""
 
-    def stop(bench: Bench) -> None:
+    def stop(bench: KeypadBench) -> None:
         bench.start()
         sent = bench.nmt(Nmt.STOP)
         bench.expect_state(State.STOPPED, after=sent, requirement="NMT-04")
@@ -359,7 +359,7 @@ def test_a_device_is_judged_since_it_was_switched_on_once_it_is_recognised() -> 
     stage = VirtualStage(
         lambda profile, image: faults.make("boot-up-twice", profile, image), keypad.load()
     )
-    bench = Bench(stage, PROFILE, HOME)
+    bench = KeypadBench(stage, PROFILE, HOME)
     bench.begin()
     bench.fresh()
     bench.tolerate_missing_boot_up()

@@ -8,11 +8,11 @@ from functools import partial
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from hil_tests.bench.bench import Bench
+from hil_tests.bench.keypad import KeypadBench
 from hil_tests.bench.virtual import VirtualPort, VirtualStage
 from hil_tests.bus.port import BURST
 from hil_tests.clock import MS, US, S
-from hil_tests.config import load_profile
+from hil_tests.config import load_keypad
 from hil_tests.judge.causal import Seen
 from hil_tests.judge.cobs import Nmt, nmt_frame
 from hil_tests.judge.verdict import Verdict
@@ -22,7 +22,7 @@ from node_model.beacon import Beacon
 from node_model.frame import Frame
 from node_model.world import World
 
-PROFILE = load_profile("keypad")
+PROFILE = load_keypad("keypad")
 MODEL = keypad.load()
 NAMES = (None, *sorted((*faults.MUTANTS, *faults.VARIANTS)))
 LOAD = [Frame(0x100 + n, bytes(range(n))) for n in range(9)]
@@ -36,14 +36,14 @@ class OneByOne(VirtualPort):
         return Burst()
 
 
-def bench_on(port: VirtualPort, name: str | None) -> Bench:
+def bench_on(port: VirtualPort, name: str | None) -> KeypadBench:
     """A virtual bench with that device, which takes its frames from that port."""
     stage = VirtualStage(partial(faults.make, name), MODEL)
     stage.port = port
-    return Bench(stage, PROFILE, PROFILE.factory)
+    return KeypadBench(stage, PROFILE, PROFILE.factory)
 
 
-DEEDS: Mapping[str, Callable[[Bench], object]] = {
+DEEDS: Mapping[str, Callable[[KeypadBench], object]] = {
     "start": lambda bench: bench.post(nmt_frame(Nmt.START, 0)),
     "stop": lambda bench: bench.post(nmt_frame(Nmt.STOP, 1)),
     "reset": lambda bench: bench.nmt(Nmt.RESET_NODE),

@@ -17,13 +17,13 @@ import pytest
 from hil_tests.bench.conformance import Finding, check_server, check_stage, main, wrong
 from hil_tests.bench.virtual import VirtualPort, VirtualStage
 from hil_tests.clock import MS, S
-from hil_tests.config import load_profile
+from hil_tests.config import load_keypad
 from hil_tests.trace import Sighting
 from node_model import faults, keypad
 from node_model.frame import Frame
 from tests.host.test_process import free_channel, hosted
 
-PROFILE = load_profile("keypad")
+PROFILE = load_keypad("keypad")
 ALL = ["power", "keys", "leds", "bitrate"]
 RATE = 250_000
 

@@ -294,12 +294,12 @@ def test_an_nmt_command_goes_to_the_device_unless_told_otherwise() -> None:
 
 def test_what_monitors_found_ends_an_example() -> None:
     """A property can ask in the middle; the finding is on the monitor's own requirement."""
-    from hil_tests.bench.bench import Bench  # noqa: PLC0415
+    from hil_tests.bench.keypad import KeypadBench  # noqa: PLC0415
 
     stage = VirtualStage(
         lambda profile, image: faults.make("heartbeat-of-two-bytes", profile, image), keypad.load()
     )
-    bench = Bench(stage, PROFILE, HOME)
+    bench = KeypadBench(stage, PROFILE, HOME)
     bench.begin()
     bench.start()
     bench.wait(5 * S)

@@ -8,10 +8,10 @@ from contextlib import ExitStack
 
 import pytest
 
-from hil_tests.bench.bench import Bench
+from hil_tests.bench.keypad import KeypadBench
 from hil_tests.bench.real import RealStage
 from hil_tests.clock import MS, Interval, S
-from hil_tests.config import Parameters, load_profile
+from hil_tests.config import Parameters, load_keypad
 from hil_tests.judge import matchers
 from hil_tests.judge.cobs import Nmt, State
 from hil_tests.judge.verdict import DeviceFailure, Outcome
@@ -140,24 +140,24 @@ def host(port: SlowPort) -> Host:
 
 
 @pytest.fixture
-def bench(port: SlowPort, host: Host) -> Bench:
+def bench(port: SlowPort, host: Host) -> KeypadBench:
     """A bench with a device that beats every 100 ms."""
     stage = RealStage(
         "test", port, 250_000, exclusive=True, writes_allowed=True, leave=ExitStack()
     )
     stage.power = host  # type: ignore[assignment]  # a Reply is an Action of anything
     stage.health = host  # type: ignore[assignment]
-    made = Bench(stage, load_profile("keypad"), PARAMETERS)
+    made = KeypadBench(stage, load_keypad("keypad"), PARAMETERS)
     made.begin()
     return made
 
 
-def failures(bench: Bench) -> list[str]:
+def failures(bench: KeypadBench) -> list[str]:
     """What the monitors hold against the device."""
     return [str(each) for each in bench.end() if each.outcome is Outcome.FAIL]
 
 
-def test_stopped_between_reading_and_judging(bench: Bench, port: SlowPort) -> None:
+def test_stopped_between_reading_and_judging(bench: KeypadBench, port: SlowPort) -> None:
     """The suite reads all, sleeps for 500 ms and judges: beats of that time are not missing."""
     for number in range(1, 10):
         port.beat(number * 100 * MS)
@@ -170,7 +170,7 @@ def test_stopped_between_reading_and_judging(bench: Bench, port: SlowPort) -> No
     assert failures(bench) == []
 
 
-def test_real_silence_is_still_seen(bench: Bench, port: SlowPort) -> None:
+def test_real_silence_is_still_seen(bench: KeypadBench, port: SlowPort) -> None:
     """No beat for half a second, and nobody was stopped."""
     port.beat(100 * MS)
     bench.wait(600 * MS)
@@ -178,7 +178,7 @@ def test_real_silence_is_still_seen(bench: Bench, port: SlowPort) -> None:
     assert "no heartbeat for 500 ms" in found
 
 
-def test_answer_and_frame_wait_together(bench: Bench, port: SlowPort, host: Host) -> None:
+def test_answer_and_frame_wait_together(bench: KeypadBench, port: SlowPort, host: Host) -> None:
     """Stopped while the supply is switched: the boot-up is not taken to come before it."""
     host.answers_at = 300 * MS
     port.frame(51 * MS, BOOT_UP)
@@ -193,7 +193,9 @@ def test_answer_and_frame_wait_together(bench: Bench, port: SlowPort, host: Host
     assert entries[0] is on
 
 
-def test_boot_up_while_the_answer_is_awaited(bench: Bench, port: SlowPort, host: Host) -> None:
+def test_boot_up_while_the_answer_is_awaited(
+    bench: KeypadBench, port: SlowPort, host: Host
+) -> None:
     """A slow relay says "done" long after the contact closed: the device has booted by then."""
     host.answers_at = 300 * MS
     port.frame(51 * MS, BOOT_UP)
@@ -209,7 +211,7 @@ def test_boot_up_while_the_answer_is_awaited(bench: Bench, port: SlowPort, host:
     assert len(entries) == 4
 
 
-def test_state_shown_by_a_beat_kept_back(bench: Bench, port: SlowPort, host: Host) -> None:
+def test_state_shown_by_a_beat_kept_back(bench: KeypadBench, port: SlowPort, host: Host) -> None:
     """Stopped from 190 to 380 ms: the beat of 200 ms, before the command, shows the old state."""
     port.beat(100 * MS, 0x05)
     bench.wait(250 * MS)
@@ -222,7 +224,7 @@ def test_state_shown_by_a_beat_kept_back(bench: Bench, port: SlowPort, host: Hos
     assert bench.shown_state(sent) is State.STOPPED
 
 
-def test_row_of_a_stopped_host(bench: Bench, port: SlowPort, host: Host) -> None:
+def test_row_of_a_stopped_host(bench: KeypadBench, port: SlowPort, host: Host) -> None:
     """A beat that stays away for longer than the patience is waited for if the host slept."""
     port.beat(100 * MS)
     port.beat(900 * MS)
@@ -233,7 +235,9 @@ def test_row_of_a_stopped_host(bench: Bench, port: SlowPort, host: Host) -> None
     assert bench.when(beats[1]) == (200 * MS, 900 * MS)
 
 
-def test_collected_is_also_what_was_kept_back(bench: Bench, port: SlowPort, host: Host) -> None:
+def test_collected_is_also_what_was_kept_back(
+    bench: KeypadBench, port: SlowPort, host: Host
+) -> None:
     """A frame that was due before the end of the span belongs to it, one due later does not."""
     port.beat(100 * MS)
     port.beat(400 * MS)
@@ -249,7 +253,9 @@ def test_collected_is_also_what_was_kept_back(bench: Bench, port: SlowPort, host
     assert [seen.at // MS for seen in found] == [100, 400, 401]
 
 
-def test_first_waits_for_what_was_kept_back(bench: Bench, port: SlowPort, host: Host) -> None:
+def test_first_waits_for_what_was_kept_back(
+    bench: KeypadBench, port: SlowPort, host: Host
+) -> None:
     """Due at 90 ms, sent at 300: it is the first before 100 ms; one due at 200 ms is not."""
     port.frame(300 * MS, BOOT_UP)
     host.answers_at = 300 * MS
@@ -262,7 +268,7 @@ def test_first_waits_for_what_was_kept_back(bench: Bench, port: SlowPort, host: 
     assert bench.first(matchers.boot_up(NODE), 400 * MS, 500 * MS) is None
 
 
-def test_missing_is_said_of_what_is_known(bench: Bench, port: SlowPort, host: Host) -> None:
+def test_missing_is_said_of_what_is_known(bench: KeypadBench, port: SlowPort, host: Host) -> None:
     """A frame that nobody sent is missing; one that the host kept back comes too late at most."""
     with pytest.raises(DeviceFailure):
         bench.expect(matchers.boot_up(NODE), after=0, within=100 * MS)
@@ -276,7 +282,7 @@ def test_missing_is_said_of_what_is_known(bench: Bench, port: SlowPort, host: Ho
 
 
 def test_health_is_asked_again_where_frames_came_meanwhile(
-    bench: Bench, port: SlowPort, host: Host
+    bench: KeypadBench, port: SlowPort, host: Host
 ) -> None:
     """A late frame right behind the host's answer is known to be late."""
     port.beat(100 * MS)
@@ -298,7 +304,7 @@ def test_health_is_asked_again_where_frames_came_meanwhile(
 
 
 def test_a_frame_is_judged_when_its_host_has_told(
-    bench: Bench, port: SlowPort, host: Host
+    bench: KeypadBench, port: SlowPort, host: Host
 ) -> None:
     """`when` asks for the lateness with a frame that is newer than the last answer."""
     port.beat(400 * MS)

@@ -71,7 +71,7 @@ def test_requirements_lists_the_catalogue(capsys: Output) -> None:
     assert cli.main(["requirements"]) == 0
 
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines if line[0] != " "] == list(load())
+    assert [line.split()[0] for line in lines if line[0] != " "] == list(load("keypad"))
 
 
 def test_requirements_are_chosen_by_the_beginning_of_their_id(capsys: Output) -> None:
@@ -79,7 +79,7 @@ def test_requirements_are_chosen_by_the_beginning_of_their_id(capsys: Output) ->
     assert cli.main(["requirements", "hb-0", "NMT-20"]) == 0
 
     ids = {line.split()[0] for line in capsys.readouterr().out.splitlines() if line[0] != " "}
-    assert ids == {"NMT-20", *(name for name in load() if name.startswith("HB-0"))}
+    assert ids == {"NMT-20", *(name for name in load("keypad") if name.startswith("HB-0"))}
 
 
 def test_a_clause_that_is_none_is_wrong_use(capsys: Output) -> None:
@@ -101,7 +101,7 @@ def test_the_markdown_table_has_a_row_for_each_requirement(capsys: Output) -> No
     head, rule, *rows = capsys.readouterr().out.splitlines()
     assert head.startswith("| id | class | text |")
     assert set(rule) <= set("| -")
-    assert [row.split()[1] for row in rows] == list(load())
+    assert [row.split()[1] for row in rows] == list(load("keypad"))
     assert {row.replace("\\|", "").count("|") for row in rows} == {head.count("|")}
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from hil_tests import cli, doctor
-from hil_tests.config import load_bench, load_profile
+from hil_tests.config import load_bench, load_keypad
 from hil_tests.doctor import Sign
 
 BENCH = """
@@ -167,7 +167,7 @@ def test_a_control_server_that_is_not_there_ends_with_11(desk: Path, capsys: Out
 
 def test_a_control_server_that_lacks_a_facility_is_told(served: Path) -> None:
     """Its hello is held against the file, as before a run."""
-    finding = doctor.control_finding(load_bench(str(served)), load_profile("keypad"))
+    finding = doctor.control_finding(load_bench(str(served)), load_keypad("keypad"))
     assert finding.is_needed
     assert "its hello lacks bus" in finding.text
 
@@ -177,7 +177,7 @@ def test_a_control_server_that_can_all_is_greeted(served: Path) -> None:
     text = served.read_text().replace('[bitrate]\ndriver = "control"', "")
     served.write_text(text)
 
-    finding = doctor.control_finding(load_bench(str(served)), load_profile("keypad"))
+    finding = doctor.control_finding(load_bench(str(served)), load_keypad("keypad"))
     assert finding.sign is Sign.GOOD
     assert "'box'" in finding.text
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import hil_tests
-from hil_tests.config import load_bench, load_profile
+from hil_tests.config import KeypadProfile, load_bench, load_keypad
 from hil_tests.config.bench import bench_from
 from hil_tests.config.document import parse_document
 from hil_tests.config.profile import profile_from
@@ -27,8 +27,9 @@ def test_the_profile_example_is_a_profile() -> None:
     """And its values differ from the defaults where it says so."""
     (text,) = examples("profile.md")
     profile = profile_from(parse_document(text, "profile.md"), "profile.md")
+    assert isinstance(profile, KeypadProfile)
     assert profile.limits.heartbeat_each_ppm == 30_000
-    assert profile.limits.emcy_ns == load_profile("keypad").limits.emcy_ns
+    assert profile.limits.emcy_ns == load_keypad("keypad").limits.emcy_ns
 
 
 def test_the_bench_examples_are_benches() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 import hil_tests
 from hil_tests.clock import MS, US, S, parse_span
-from hil_tests.config import Parameters, ProfileLimits, load_profile
+from hil_tests.config import KeypadLimits, Parameters, load_keypad, load_profile
 from hil_tests.config.limits import SHORTEST_HEARTBEATS
 from hil_tests.errors import ConfigError
 
@@ -71,7 +71,7 @@ def with_line(section: str, line: str) -> str:
 
 def test_the_shipped_keypad_is_what_its_file_says() -> None:
     """Every value of keypad.toml arrives, in ns, ppm and bits."""
-    profile = load_profile("keypad")
+    profile = load_keypad("keypad")
     assert (profile.name, profile.kind) == ("keypad", "keypad")
     assert profile.key_bits == BITS
     assert profile.led_bits == profile.key_bits
@@ -88,7 +88,7 @@ def test_the_shipped_keypad_is_what_its_file_says() -> None:
 
 def test_defaults_are_those_of_the_shipped_keypad(tmp_path: Path) -> None:
     """A profile that says only what it must is judged by the documented defaults."""
-    pad, keypad = load_profile(written(tmp_path, MINIMAL)), load_profile("keypad")
+    pad, keypad = load_keypad(written(tmp_path, MINIMAL)), load_keypad("keypad")
     for name in ("limits", "shortest_heartbeat"):
         assert getattr(pad, name) == getattr(keypad, name)
     assert pad.shortest_heartbeat == SHORTEST_HEARTBEATS
@@ -97,13 +97,13 @@ def test_defaults_are_those_of_the_shipped_keypad(tmp_path: Path) -> None:
 def test_every_limit_has_a_line_in_the_shipped_file() -> None:
     """[limits] of keypad.toml is complete: users copy it to see what there is."""
     lines = tomllib.loads(SHIPPED.read_text("utf-8"))["limits"]
-    fields = {field.name for field in attrs.fields(ProfileLimits)}
+    fields = {field.name for field in attrs.fields(KeypadLimits)}
     assert {name.rsplit("_", 1)[0] for name in fields} == set(lines)
 
 
 def test_a_profile_cannot_be_changed() -> None:
     """Profiles are session-wide: nobody may bend one for the others."""
-    profile = load_profile("keypad")
+    profile = load_keypad("keypad")
     with pytest.raises(attrs.exceptions.FrozenInstanceError):
         profile.name = "other"  # type: ignore[misc]
     with pytest.raises(TypeError):
@@ -170,7 +170,7 @@ def test_one_slip_gives_one_line_with_its_remedy(
         ('["a", "b"]', '["a", 1]', "keys.commissioning.1: 1: write a text in quotes"),
         ('["a", "b"]', '"a"', "keys.commissioning: 'a': write a list of texts"),
         ('kind = "keypad"', "", "device.kind: is missing; add this key to [device]"),
-        ('kind = "keypad"', 'kind = "drive"', "device.kind: 'drive': not built into this version"),
+        ('kind = "keypad"', 'kind = "drve"', "device.kind: 'drve': unknown word; did you mean"),
         ('kind = "keypad"', 'kind = "keybad"', "device.kind: 'keybad': unknown word; did you m"),
         ("[leds]", "[[leds]]", "leds: [{'bits': {...}, 'bl"),
     ],
@@ -224,7 +224,7 @@ def test_each_range_is_kept_from_both_sides(
 def test_bits_fill_the_frame_to_its_last_bit(tmp_path: Path) -> None:
     """Bit 63 is the last one of eight bytes."""
     text = with_line("keys", "frame_bytes = 8").replace("b = 1", "b = 63")
-    assert load_profile(written(tmp_path, text)).key_bits == {"a": 0, "b": 63}
+    assert load_keypad(written(tmp_path, text)).key_bits == {"a": 0, "b": 63}
 
 
 def test_all_errors_are_told_at_once(tmp_path: Path) -> None:
@@ -287,8 +287,8 @@ def test_a_hopeless_file_is_not_listed_in_full(tmp_path: Path) -> None:
     ("name", "said"),
     [
         ("keypd", "profile: 'keypd': no such profile; did you mean keypad?; or give a TOML"),
-        ("oven", "profile: 'oven': no such profile; known: keypad; or give a TOML file"),
-        ("", "profile: '': no such profile; known: keypad"),
+        ("oven", "profile: 'oven': no such profile; known: drive, drive-ms, generic, keypad; or"),
+        ("", "profile: '': no such profile; known: drive, drive-ms, generic, keypad"),
         ("no/such.toml", "no/such.toml: no such file"),
         ("nul\0.toml", "'nul\\x00.toml': is no file name"),
         ("x" * 5000, "profile: 'xxx"),
@@ -305,13 +305,13 @@ def test_an_unknown_profile_names_those_there_are(name: str, said: str) -> None:
 def test_any_spelling_of_a_time_means_the_same(tmp_path: Path) -> None:
     """Units and decimals are exact."""
     for text in ("50 ms", "0.05 s", "50000us", "50000000 ns"):
-        profile = load_profile(written(tmp_path, with_line("limits", f'led = "{text}"')))
+        profile = load_keypad(written(tmp_path, with_line("limits", f'led = "{text}"')))
         assert profile.limits.led_ns == parse_span("50 ms") == 50 * MS
 
 
 def test_heartbeat_interval_is_the_share_or_the_floor_whichever_is_more() -> None:
     """5 % or 5 ms: they meet at 100 ms."""
-    limits = ProfileLimits()
+    limits = KeypadLimits()
     assert limits.heartbeat_each_ns(1 * S) == (950 * MS, 1050 * MS)
     assert limits.heartbeat_each_ns(100 * MS) == (95 * MS, 105 * MS)
     assert limits.heartbeat_each_ns(101 * MS) == (95_950 * US, 106_050 * US)
@@ -321,18 +321,18 @@ def test_heartbeat_interval_is_the_share_or_the_floor_whichever_is_more() -> Non
 
 def test_means_and_echo_have_limits_of_their_own() -> None:
     """The mean is narrower than the single interval; the echo's period is 100 ms."""
-    limits = ProfileLimits()
+    limits = KeypadLimits()
     assert limits.heartbeat_mean_ns(1 * S) == (980 * MS, 1020 * MS)
     assert limits.echo_each() == (90 * MS, 110 * MS)
     assert limits.echo_mean() == (98 * MS, 102 * MS)
-    assert ProfileLimits(heartbeat_mean_ppm=1).heartbeat_mean_ns(1_999_999) == (1999998, 2000000)
+    assert KeypadLimits(heartbeat_mean_ppm=1).heartbeat_mean_ns(1_999_999) == (1999998, 2000000)
 
 
 @pytest.mark.parametrize("period_ns", [0, -1])
 def test_no_period_has_no_limits(period_ns: int) -> None:
     """Heartbeat time 0 means none: asking for its limits is a slip of the caller."""
     with pytest.raises(ValueError, match="no intervals to judge"):
-        ProfileLimits().heartbeat_each_ns(period_ns)
+        KeypadLimits().heartbeat_each_ns(period_ns)
 
 
 @pytest.mark.parametrize(

@@ -81,7 +81,7 @@ def main(words: Sequence[str]) -> int:
     """Print the matrix, write it down; exit status 1 where something is wrong with the suite."""
     chosen = arguments(words)
     began = time.monotonic()
-    requirements, listed = load(), load_listed()
+    requirements, listed = load("keypad"), load_listed()
     if chosen.table:
         proof = from_data(json.loads(chosen.table.read_text("utf-8")))
     else:

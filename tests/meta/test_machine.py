@@ -16,9 +16,9 @@ from typing import TextIO
 import pytest
 
 from hil_tests.acceptance import test_keys, test_leds, test_start_and_nmt
-from hil_tests.bench.bench import Bench
+from hil_tests.bench.keypad import KeypadBench
 from hil_tests.bench.virtual import VirtualStage, memory_with
-from hil_tests.config import load_profile
+from hil_tests.config import load_keypad
 from hil_tests.judge.verdict import DeviceFailure
 from node_model import emcy, keypad
 from node_model.frame import Frame
@@ -249,31 +249,31 @@ def test_a_crashed_device_stands_still(mutant: Mutant, what: str) -> None:
 
 # Killing.
 
-Case = Callable[[Bench], None]
+Case = Callable[[KeypadBench], None]
 
 
-def boots(bench: Bench) -> None:
+def boots(bench: KeypadBench) -> None:
     """The acceptance test of the boot-up."""
     assert bench.power is not None
     test_start_and_nmt.test_boot_up_is_one_zero_byte(bench, bench.power)
 
 
-def enters(bench: Bench) -> None:
+def enters(bench: KeypadBench) -> None:
     """The acceptance test of the key frame on entry."""
     assert bench.keys is not None
     test_keys.test_every_key_has_its_bit(bench, bench.keys)
 
 
-def shines(bench: Bench) -> None:
+def shines(bench: KeypadBench) -> None:
     """The acceptance test of each LED by itself."""
     assert bench.leds is not None
     test_leds.test_every_led_alone_is_steady(bench, bench.leds)
 
 
-def bench_with(maker: Maker) -> Bench:
+def bench_with(maker: Maker) -> KeypadBench:
     """A virtual bench with devices of that maker."""
-    profile = load_profile("keypad")
-    bench = Bench(VirtualStage(maker, keypad.load()), profile, profile.factory)
+    profile = load_keypad("keypad")
+    bench = KeypadBench(VirtualStage(maker, keypad.load()), profile, profile.factory)
     bench.begin()
     return bench
 

@@ -135,7 +135,7 @@ def wrong(*trials: Trial, listed: Listed = NOTHING, whole: bool = False) -> list
     proof = Proof(tests=dict(TESTS))
     for each in trials:
         proof.add(each)
-    return list(problems(proof, load(), listed, whole=whole))
+    return list(problems(proof, load("keypad"), listed, whole=whole))
 
 
 @pytest.mark.parametrize(
@@ -211,13 +211,13 @@ def test_an_idle_test_is_told_unless_it_has_a_reason() -> None:
 
 def test_every_judged_requirement_has_a_mutant() -> None:
     """Only what is left to the maker has none."""
-    assert without_mutant(load()) == []
+    assert without_mutant(load("keypad")) == []
 
 
 def test_every_reason_is_for_a_model_and_a_requirement_that_there_are() -> None:
     """The list of reasons names mutants and requirements, each with a sentence."""
     listed = load_listed()
-    requirements = load()
+    requirements = load("keypad")
     for mutant, known in listed.collateral.items():
         assert mutant in MUTANTS
         for requirement, reason in known.items():
@@ -229,7 +229,7 @@ def test_every_reason_is_for_a_model_and_a_requirement_that_there_are() -> None:
 
 def test_who_departs_from_a_reading_of_ours_alone_never_fails() -> None:
     """Without --can-strict such a board is told so, and no more: nothing else may be listed."""
-    kinds = {name: each.kind for name, each in load().items()}
+    kinds = {name: each.kind for name, each in load("keypad").items()}
     readings = {name for name, kind in kinds.items() if kind is Kind.DERIVED}
     apart = [each for each in MUTANTS.values() if set(each.violates) <= readings]
     assert len(apart) >= 20

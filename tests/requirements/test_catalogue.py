@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import hil_tests
 from hil_tests.errors import ConfigError
-from hil_tests.requirements import FACILITIES, Kind, Requirement, load, near, parse
+from hil_tests.requirements import FACILITIES, Kind, Requirement, load, load_all, near, parse
 
 ROOT = Path(hil_tests.__file__).parents[1]
 SPECIFICATION = ROOT / ".." / "shared" / "spec" / "keypad.md"
@@ -43,12 +43,12 @@ def test_ids_and_classes_are_those_of_the_specification() -> None:
     rows = re.findall(
         r"^\| ([A-Z]+-\d+) \| (\w+) \|", SPECIFICATION.read_text("utf-8"), re.MULTILINE
     )
-    assert [(one.id, one.kind.value) for one in load().values()] == rows
+    assert [(one.id, one.kind.value) for one in load("keypad").values()] == rows
 
 
 def test_the_groups_are_complete() -> None:
     """How many there are of each group, for where the specification is not at hand."""
-    groups = [name.split("-")[0] for name in load()]
+    groups = [name.split("-")[0] for name in load("keypad")]
     counts = {group: groups.count(group) for group in groups}
     assert counts == {"COM": 22, "NMT": 10, "HB": 6, "KEY": 11, "LED": 9, "ROB": 4}
 
@@ -56,18 +56,18 @@ def test_the_groups_are_complete() -> None:
 def test_limits_are_limits_of_the_profile_with_its_defaults() -> None:
     """The default in a requirement is the shipped profile's value."""
     limits = tomllib.loads(PROFILE.read_text("utf-8"))["limits"]
-    for requirement in load().values():
+    for requirement in load("keypad").values():
         for limit in requirement.limits:
             assert limits[limit.name] == limit.default, requirement.id
 
 
 def test_every_limit_of_the_profile_judges_something() -> None:
     """A limit that no requirement names would be dead."""
-    used = {limit.name for one in load().values() for limit in one.limits}
+    used = {limit.name for one in load("keypad").values() for limit in one.limits}
     assert used == set(tomllib.loads(PROFILE.read_text("utf-8"))["limits"])
 
 
-@pytest.mark.parametrize("requirement", load().values(), ids=lambda one: one.id)
+@pytest.mark.parametrize("requirement", load("keypad").values(), ids=lambda one: one.id)
 def test_an_entry_is_fit_for_a_report(requirement: Requirement) -> None:
     """One or two full sentences (a few need three), a clause, and limits for what is timed."""
     assert requirement.text.endswith(".")
@@ -80,14 +80,14 @@ def test_an_entry_is_fit_for_a_report(requirement: Requirement) -> None:
 
 def test_what_is_ours_is_never_a_failure_by_itself() -> None:
     """Own readings are derived, a set or a choice; what others say is a must or timing."""
-    for requirement in load().values():
+    for requirement in load("keypad").values():
         ours = requirement.kind in {Kind.DERIVED, Kind.SET, Kind.CHOICE}
         assert ours == (requirement.origin == "reading"), requirement.id
 
 
 def test_requirements_are_values() -> None:
     """Frozen, hashable, equal when equal; two loads share nothing that could be changed."""
-    first, second = load(), load()
+    first, second = load("keypad"), load("keypad")
     assert first == second
     assert first is not second
     assert len(set(first.values())) == len(first)
@@ -125,7 +125,7 @@ def test_near_misses(wrong: str, meant: list[str]) -> None:
 
 def test_near_misses_of_a_number_that_does_not_exist() -> None:
     """At most three, of the same group."""
-    found = near(load(), "KEY-29")
+    found = near(load("keypad"), "KEY-29")
     assert 1 <= len(found) <= 3
     assert all(name.startswith("KEY-") for name in found)
 
@@ -176,3 +176,35 @@ def test_any_text_is_read_or_refused(text: str) -> None:
     """Never a traceback."""
     with contextlib.suppress(ConfigError):
         parse(text, "x.toml")
+
+
+SOURCES = {
+    "nmt-and-error-control.md": ("MGR", "EC"),
+    "sync-and-emcy.md": ("SYN", "EM"),
+}
+
+
+@pytest.mark.parametrize("page", SOURCES)
+def test_every_id_of_a_page_is_a_requirement(page: str) -> None:
+    """Each row of its table, in its order, and nothing else."""
+    path = SPECIFICATION.with_name(page)
+    if not path.exists():
+        pytest.skip(f"the table of requirements is not here: {path}")
+    rows = re.findall(r"^\| ([A-Z]+-\d+) \|", path.read_text("utf-8"), re.MULTILINE)
+    assert [name for name in load("drive") if name.split("-")[0] in SOURCES[page]] == rows
+
+
+def test_a_kind_of_device_is_judged_by_the_catalogues_of_its_sources() -> None:
+    """A generic device has no synchronous axis, and every id is known once."""
+    drive, generic = load("drive"), load("generic")
+    assert set(generic) < set(drive)
+    assert set(load_all()) == set(load("keypad")) | set(drive)
+    assert not set(load("keypad")) & set(drive)
+
+
+def test_limits_of_a_device_with_dictionary_are_those_of_its_profile() -> None:
+    """The default in a requirement is the shipped profile's value."""
+    limits = tomllib.loads(PROFILE.with_name("drive.toml").read_text("utf-8"))["limits"]
+    for requirement in load("drive").values():
+        for limit in requirement.limits:
+            assert limits[limit.name] == limit.default, requirement.id

@@ -174,3 +174,22 @@ def test_collecting_shows_a_wrong_bench_file(pytester: pytest.Pytester, tmp_path
     assert run.status == 4
     assert "bus.chanel" in run.text
     assert "did you mean channel" in run.text
+
+
+MIXED = """
+@pytest.mark.requirement("SYN-01")
+def test_of_a_drive(bench):
+    raise ValueError("never run on a keypad")
+
+@pytest.mark.requirement("EM-01", "NMT-02")
+def test_of_both(bench):
+    bench.start()
+"""
+
+
+def test_tests_of_other_kinds_of_devices_are_not_collected(pytester: pytest.Pytester) -> None:
+    """Deselected, so that nothing is missing; a test of both claims what concerns this kind."""
+    run = judge(pytester, MIXED, "--can-require-all")
+    assert run.outcomes == {"test_of_both": "passed"}
+    assert run.results["results"][0]["requirements"] == ["NMT-02"]
+    assert run.status == 0

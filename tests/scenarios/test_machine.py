@@ -6,7 +6,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, settings
 from hypothesis.stateful import run_state_machine_as_test
 
-from hil_tests.bench.bench import Bench
+from hil_tests.bench.keypad import KeypadBench
 from hil_tests.explore.lab import Lab
 from hil_tests.judge.verdict import DeviceFailure, Outcome
 from hil_tests.scenarios.machine import KeypadMachine
@@ -23,7 +23,7 @@ QUICK = settings(
 )
 
 
-def machine(bench_: Bench, *claims_: str) -> type[KeypadMachine]:
+def machine(bench_: KeypadBench, *claims_: str) -> type[KeypadMachine]:
     """One on a bench of its own."""
 
     class Machine(KeypadMachine):

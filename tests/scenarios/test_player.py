@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import pytest
 
-from hil_tests.bench.bench import Bench
+from hil_tests.bench.keypad import KeypadBench
 from hil_tests.clock import MS
 from hil_tests.config import Parameters
 from hil_tests.explore.lab import Lab
@@ -194,14 +194,14 @@ def test_a_lab_finds_nothing_where_nothing_can_be_played() -> None:
 
 
 @pytest.fixture
-def bench() -> Bench:
+def bench() -> KeypadBench:
     """A virtual bench with a right keypad."""
     lab = Lab()
     lab.bench.begin_example()
     return lab.bench
 
 
-def played(bench: Bench, text: str) -> Player:
+def played(bench: KeypadBench, text: str) -> Player:
     """A scenario whose steps were done, to be finished."""
     story = scenario(text)
     player = Player(bench)
@@ -211,12 +211,12 @@ def played(bench: Bench, text: str) -> Player:
     return player
 
 
-def moments(bench: Bench, what: str) -> list[Moment]:
+def moments(bench: KeypadBench, what: str) -> list[Moment]:
     """What was done of one kind."""
     return [moment for moment in bench.trace.moments() if moment.what == what]
 
 
-def test_steps_are_done_when_they_should(bench: Bench) -> None:
+def test_steps_are_done_when_they_should(bench: KeypadBench) -> None:
     """On an exact bench each step comes its span after the one before, also among keys."""
     text = "operational debounce=1: 30ms keys 1; 5ms keys 0; 7ms keys 1; 100ms nmt stop"
     player = played(bench, text)
@@ -227,7 +227,7 @@ def test_steps_are_done_when_they_should(bench: Bench) -> None:
     assert 100 * MS < stop.at - edges[-1] < 101 * MS
 
 
-def test_masks_choose_keys_from_both_ends(bench: Bench) -> None:
+def test_masks_choose_keys_from_both_ends(bench: KeypadBench) -> None:
     """Bits 0 and 1 are the commissioning keys, further ones count from the last of the others."""
     assert held_by(order_of(bench), 0b111) == {"on_off", "aut", "k8"}
     assert held_by(order_of(bench), 0b10) == {"aut"}
@@ -235,14 +235,14 @@ def test_masks_choose_keys_from_both_ends(bench: Bench) -> None:
     assert held_by(order_of(bench), 1 << 63) == frozenset()
 
 
-def test_the_end_waits_for_what_still_must_show(bench: Bench) -> None:
+def test_the_end_waits_for_what_still_must_show(bench: KeypadBench) -> None:
     """A key that is pressed last is reported before the scenario is judged."""
     assert played(bench, LITTLE).finish() == []
     last = max(s.at for s in bench.trace.frames() if s.frame.can_id == 0x181)
     assert last > moments(bench, "keys")[-1].ended_at + 90 * MS
 
 
-def test_what_is_left_to_the_maker_ends_it_quietly(bench: Bench) -> None:
+def test_what_is_left_to_the_maker_ends_it_quietly(bench: KeypadBench) -> None:
     """Both commissioning keys and more at power-on: nothing after that is judged (COM-28)."""
     text = "off: 0ms keys 111; 0ms power on; 100ms nmt start; 100ms keys 0"
     assert play(bench, scenario(text)) == []
@@ -254,14 +254,14 @@ def test_what_is_left_to_the_maker_ends_it_quietly(bench: Bench) -> None:
     assert player.finish() == []
 
 
-def test_two_sets_that_start_alike_are_left_open(bench: Bench) -> None:
+def test_two_sets_that_start_alike_are_left_open(bench: KeypadBench) -> None:
     """Power was cut while it stored a set with its own node id: nobody can tell which it has."""
     text = CUT.replace("0B0200320001", "060200320001")
     assert play(bench, scenario(text)) == []
     assert not any(frame.frame.can_id == 0x706 for frame in bench.trace.frames())
 
 
-def test_what_was_cut_is_told_by_its_node_id(bench: Bench) -> None:
+def test_what_was_cut_is_told_by_its_node_id(bench: KeypadBench) -> None:
     """The old set or the new one, whole; keys that are held then are held again."""
     for held in ("keys 0", "keys 100"):
         bench.begin_example()
@@ -272,7 +272,7 @@ def test_what_was_cut_is_told_by_its_node_id(bench: Bench) -> None:
 # As a test.
 
 
-def test_every_claim_is_recorded(bench: Bench) -> None:
+def test_every_claim_is_recorded(bench: KeypadBench) -> None:
     """A scenario in which all is well is a PASS on each of them."""
     judge(bench, scenario(KEYS), "KEY-05", "KEY-06")
     last = bench.verdicts[-2:]
@@ -319,7 +319,7 @@ def test_lost_frames_make_a_fault_doubtful() -> None:
     assert "perhaps, for frames were lost" in found[0].text
 
 
-class _Stubborn(Bench):
+class _Stubborn(KeypadBench):
     """Its device cannot be commissioned as a scenario asks."""
 
     def fresh(self, prefer: Mapping[str, int] | None = None, **needed: int) -> Parameters:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hil_tests.bench.bench import Bench
+from hil_tests.bench.keypad import KeypadBench
 from hil_tests.clock import FOREVER, MS
 from hil_tests.explore.lab import Lab
 from hil_tests.judge.cobs import Nmt
@@ -15,7 +15,7 @@ from node_model.frame import Frame
 from tests.bench.fakes import bench_of
 
 
-def running(model: str | None = None) -> Bench:
+def running(model: str | None = None) -> KeypadBench:
     """A virtual bench whose keypad, node 1, has just become operational, for certain."""
     bench = Lab(model=model).bench
     bench.begin_example()
@@ -24,7 +24,7 @@ def running(model: str | None = None) -> Bench:
     return bench
 
 
-def life(bench: Bench) -> Life:
+def life(bench: KeypadBench) -> Life:
     """Everything since the power-on."""
     bench.settle()
     return Life(bench, bench.node_id, (0, 0), 0)
@@ -121,7 +121,7 @@ def test_led_frames_act_by_the_state_in_which_they_take_effect() -> None:
     ]
 
 
-def looks(bench: Bench) -> list[Look]:
+def looks(bench: KeypadBench) -> list[Look]:
     """What was seen of the LEDs."""
     return [each for each in life(bench).lights if isinstance(each, Look)]
 

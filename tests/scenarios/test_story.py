@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from hil_tests.bench.bench import Bench
+from hil_tests.bench.keypad import KeypadBench
 from hil_tests.clock import MS
 from hil_tests.explore.lab import Lab
 from hil_tests.judge.cobs import Nmt
@@ -18,7 +18,7 @@ from hil_tests.trace import BusEvent, EventKind
 from tests.bench.fakes import bench_of
 
 
-def make_bench(mutant: str | None = None) -> Bench:
+def make_bench(mutant: str | None = None) -> KeypadBench:
     """A virtual bench with a keypad, right or faulty."""
     bench = Lab(model=mutant).bench
     bench.begin()
@@ -26,12 +26,12 @@ def make_bench(mutant: str | None = None) -> Bench:
 
 
 @pytest.fixture
-def bench() -> Bench:
+def bench() -> KeypadBench:
     """A virtual bench with a right keypad."""
     return make_bench()
 
 
-def told(bench: Bench, steps: str) -> KeyStory:
+def told(bench: KeypadBench, steps: str) -> KeyStory:
     """A story from operational on, with some steps of a scenario done in it."""
     story = KeyStory.operational(bench, debounce=1)
     player = Player(bench)
@@ -40,7 +40,7 @@ def told(bench: Bench, steps: str) -> KeyStory:
     return story
 
 
-def test_timeline_holds_what_was_done(bench: Bench) -> None:
+def test_timeline_holds_what_was_done(bench: KeypadBench) -> None:
     """Edges, turns and frames stand in it, with the masks of the profile."""
     story = KeyStory.operational(bench, debounce=1)
     assert bench.keys is not None
@@ -61,7 +61,7 @@ def test_timeline_holds_what_was_done(bench: Bench) -> None:
     assert [report.mask for report in found.reports] == [0, 0x81, 0x81, 0]
 
 
-def test_a_start_is_over_with_its_boot_up(bench: Bench) -> None:
+def test_a_start_is_over_with_its_boot_up(bench: KeypadBench) -> None:
     """A power-on and a reset are ready when their boot-up was seen, not when it is due."""
     story = KeyStory.operational(bench)
     sent = bench.nmt(Nmt.RESET_NODE)
@@ -74,7 +74,7 @@ def test_a_start_is_over_with_its_boot_up(bench: Bench) -> None:
         assert turn.ready_at < turn.when.latest + 100 * MS
 
 
-def test_timeline_begins_with_the_device(bench: Bench) -> None:
+def test_timeline_begins_with_the_device(bench: KeypadBench) -> None:
     """What keys and frames did before the story began is no part of it."""
     KeyStory.operational(bench)
     assert bench.keys is not None
@@ -86,7 +86,7 @@ def test_timeline_begins_with_the_device(bench: Bench) -> None:
     assert [report.mask for report in found.reports] == [0]
 
 
-def test_keys_held_before_the_start_are_the_first_edge(bench: Bench) -> None:
+def test_keys_held_before_the_start_are_the_first_edge(bench: KeypadBench) -> None:
     """Contacts that moved without power count as they were at the start."""
     bench.fresh()
     story = KeyStory(bench)
@@ -97,7 +97,7 @@ def test_keys_held_before_the_start_are_the_first_edge(bench: Bench) -> None:
     assert [edge.held for edge in story.timeline(bench.now()).edges] == [8]
 
 
-def test_power_off_leads_out_of_operational(bench: Bench) -> None:
+def test_power_off_leads_out_of_operational(bench: KeypadBench) -> None:
     """Without power the node is not operational; the next start is a new one."""
     story = KeyStory.operational(bench)
     assert bench.power is not None
@@ -107,7 +107,7 @@ def test_power_off_leads_out_of_operational(bench: Bench) -> None:
     assert [turn.operational for turn in turns] == [False, True, False, False]
 
 
-def test_right_keypad_passes_and_leaves_verdicts(bench: Bench) -> None:
+def test_right_keypad_passes_and_leaves_verdicts(bench: KeypadBench) -> None:
     """Each claim is recorded as passed."""
     told(bench, "20ms keys 1; 200ms keys 0").judge("KEY-05", "KEY-06")
     last = bench.verdicts[-2:]

@@ -28,6 +28,7 @@ from typing import Any
 import pytest
 
 from hil_tests.bench.bench import Bench
+from hil_tests.bench.kinds import bench_for
 from hil_tests.bench.virtual import VirtualStage
 from hil_tests.judge.verdict import Outcome, Verdict
 from hil_tests.requirements import Kind
@@ -218,7 +219,7 @@ class Trials:
         facts = keypad.load(stash.plan_of(config).profile.path)
 
         def bench(plan: Plan) -> Bench:
-            return Bench(VirtualStage(maker, facts, plan.bench_name), plan.profile, plan.home)
+            return bench_for(VirtualStage(maker, facts, plan.bench_name), plan.profile, plan.home)
 
         run = _Untraced(stash.plan_of(config), datetime.now(UTC), ())
         config.stash[stash.RUN] = run
