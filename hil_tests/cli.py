@@ -11,6 +11,7 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 if TYPE_CHECKING:
@@ -148,6 +149,16 @@ def _mutants(words: Sequence[str]) -> int:
     return 0
 
 
+def _report(words: Sequence[str]) -> int:
+    from hil_tests.run import papers  # noqa: PLC0415
+
+    text = "Make report.html of a run again, also of one that was killed."
+    parser = Parser("nodeproof report", description=text)
+    parser.add_argument("run", metavar="RUN", help="folder of the run, e.g. reports/latest")
+    print(papers.make_again(Path(parser.parse_args(words).run)))
+    return 0
+
+
 def _requirements(words: Sequence[str]) -> int:
     from hil_tests.requirements import load  # noqa: PLC0415
 
@@ -226,6 +237,7 @@ COMMANDS: Mapping[str, tuple[str, Callable[[Sequence[str]], int]]] = {
     "explore": ("play made-up scenarios on the model, on every core, for a time", _explore),
     "play": ("play one scenario on the model, and show every frame", _play),
     "distil": ("find a small set of scenarios that shows every faulty model", _distil),
+    "report": ("make the report of a run again", _report),
     "requirements": ("list the requirements that a device is judged by", _requirements),
 }
 """Name -> text for people, what to do."""

@@ -231,6 +231,9 @@ def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
     run = stash.run_of(session.config)
     if run is not None:
         session.exitstatus = run.close(int(exitstatus))
+        from hil_tests.run import papers  # noqa: PLC0415
+
+        run.papers.append(papers.write(run.folder.path))
 
 
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:

@@ -26,7 +26,7 @@ _ZEROS = 1 << 16
 _MOST_CACHED = 1 << 16
 
 
-class _Damaged(Exception):
+class _Damaged(ValueError):
     """A block is not what it should be."""
 
 
@@ -129,7 +129,7 @@ class _Section:
         frame = self._frames.get(packet)
         if frame is not None:
             return Sighting(frame, at, doubt_ns, own)
-        found = _frame(packet, at, doubt_ns, own)
+        found = frame_of(packet, at, doubt_ns, own)
         if isinstance(found, Sighting):
             if len(self._frames) >= _MOST_CACHED:
                 self._frames.clear()
@@ -251,7 +251,7 @@ def _note(packet: bytes) -> Entry | journal.Mark:
         raise _Damaged(f"holds no note of ours: {error}") from None
 
 
-def _frame(packet: bytes, at: int, doubt_ns: int, own: bool) -> Entry:
+def frame_of(packet: bytes, at: int, doubt_ns: int, own: bool) -> Entry:
     """A SocketCAN frame, classical or not, or an error frame."""
     if len(packet) < _SOCKETCAN_HEADER:
         raise _Damaged(f"holds {len(packet)} bytes, too few for a CAN frame")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Mapping
+
 NAME, IDS = 44, 70
 """Widths of the columns; the longest entries just fit."""
 
@@ -17,3 +20,14 @@ def mutant_table() -> str:
     for name, variant in VARIANTS.items():
         lines.append(f"  {name:{NAME}s} {'':{IDS}s} {variant.text}")
     return "\n".join(lines)
+
+
+def mutants_by_requirement() -> Mapping[str, list[str]]:
+    """Requirement -> names of the faulty models that violate it."""
+    from node_model.faults import MUTANTS  # noqa: PLC0415 - on demand
+
+    aimed: defaultdict[str, list[str]] = defaultdict(list)
+    for name, mutant in MUTANTS.items():
+        for requirement in mutant.violates:
+            aimed[requirement].append(name)
+    return aimed

@@ -74,6 +74,8 @@ class Run:
         self.broken: BenchError | None = None
         self.problems: list[str] = []
         """What went wrong besides the tests; each costs the run its good end."""
+        self.papers: list[str] = []
+        """What was written for people, for the closing lines."""
         self._bench: Bench | None = None
         self._sink: PcapngSink | None = None
         self._before = rows.reading(None)

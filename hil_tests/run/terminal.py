@@ -123,7 +123,7 @@ def closing_lines(run: Run) -> list[str]:
         )
     lines += characteristic_lines(run)
     lines.append(f"results and traces: {run.folder.path}")
-    return lines
+    return lines + run.papers
 
 
 def characteristic_lines(run: Run) -> list[str]:

@@ -1,0 +1,171 @@
+"""What happened in a test, line by line: stimuli, frames, bus events and checks, in order."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import islice
+
+from hil_tests.clock import show_span
+from hil_tests.reporting import journal
+from hil_tests.reporting.html.checks import Check
+from hil_tests.reporting.html.recording import Note, Recording
+from hil_tests.trace import BusEvent, Moment
+from node_model.frame import Frame
+
+Decode = Callable[[Frame], str]
+
+STIMULUS, SENT, SEEN, EVENT, CHECK = "stimulus", "sent", "seen", "event", "check"
+BEFORE, AFTER = 22, 4
+"""Entries of a window before and after the instant that it is about."""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One thing that happened.
+
+    Args:
+        what: "stimulus", "sent" (by the tester), "seen" (of another station), "event" or
+            "check".
+        at: instant, ns; None = not known.
+        raw: the frame as it is written, or the kind of a stimulus or event.
+        text: in words.
+        outcome: of a check.
+        can_id: of a frame, -1 = none.
+        until: end of the interval in which a stimulus took effect.
+    """
+
+    what: str
+    at: int | None
+    raw: str
+    text: str
+    outcome: str = ""
+    can_id: int = -1
+    until: int | None = None
+
+
+def told(moment: Moment) -> str:
+    """A stimulus in words."""
+    detail = moment.detail
+    if moment.what == "power":
+        if not detail.get("on"):
+            return "supply off"
+        held = _names(detail.get("held"))
+        return f"supply on, {detail.get('mode')} start" + (f", keys held: {held}" if held else "")
+    if moment.what == "keys":
+        held = _names(detail.get("held"))
+        return f"keys held: {held}" if held else "keys released"
+    if moment.what == "leds":
+        leds = detail.get("leds")
+        if isinstance(leds, dict):
+            return "LEDs read: " + ", ".join(f"{name} {light}" for name, light in leds.items())
+    if moment.what == "bitrate":
+        return f"the tester's bit rate is {detail.get('bit_rate')} bit/s"
+    return journal.describe(moment)
+
+
+def _names(held: object) -> str:
+    return ", ".join(map(str, held)) if isinstance(held, list | tuple) else ""
+
+
+def frame_line(recording: Recording, index: int, decode: Decode) -> Line:
+    """A frame as a line."""
+    frame, at, _, own = recording.sighting(index)
+    return Line(SENT if own else SEEN, at, str(frame), decode(frame), can_id=frame.can_id)
+
+
+def note_line(note: Moment | BusEvent) -> Line:
+    """A stimulus or a bus event as a line."""
+    if isinstance(note, Moment):
+        return Line(STIMULUS, note.began_at, note.what, told(note), until=note.ended_at)
+    return Line(EVENT, note.at, note.kind.value, journal.describe(note))
+
+
+def check_line(check: Check) -> Line:
+    """A check as a line."""
+    row = check.row
+    return Line(CHECK, check.at, row.requirement, row.text or row.what, row.outcome)
+
+
+def steps(
+    recording: Recording, checks: Sequence[Check], decode: Decode, most: int
+) -> tuple[list[Line], int]:
+    """Stimuli, frames of the tester, bus events and checks, and how many were left out.
+
+    Of many, those round the checks that deserve a look are kept, then the first ones.
+    """
+    lines = [frame_line(recording, index, decode) for index in _first_own(recording, 4 * most)]
+    lines += _noted(recording)
+    lines += [check_line(check) for check in checks]
+    lines.sort(key=lambda line: (line.at is None, line.at or 0, line.what == CHECK))
+    if len(lines) <= most:
+        return lines, 0
+    kept = _telling(lines, most)
+    return [lines[place] for place in kept], len(lines) - len(kept)
+
+
+def _first_own(recording: Recording, most: int) -> list[int]:
+    """Indices of the first frames that the tester sent."""
+    own = recording.kinds.own
+    found = (index for index, kind in enumerate(recording.kind) if kind in own)
+    return list(islice(found, most))
+
+
+def _noted(recording: Recording) -> list[Line]:
+    return [note_line(note) for _, note in recording.notes if isinstance(note, Moment | BusEvent)]
+
+
+def _telling(lines: Sequence[Line], most: int) -> list[int]:
+    """Places of the lines that are shown where there are too many."""
+    chosen: set[int] = set()
+    for place, line in enumerate(lines):
+        if line.what == CHECK and line.outcome not in {"passed", "characteristic"}:
+            chosen.update(range(max(0, place - 8), min(len(lines), place + 3)))
+            if len(chosen) > most:
+                break
+    for place in range(len(lines)):
+        if len(chosen) >= most:
+            break
+        chosen.add(place)
+    return sorted(chosen)
+
+
+def window(recording: Recording, at: int | None, decode: Decode) -> list[Line]:
+    """What stands around an instant; around the end, where none is known."""
+    count = len(recording)
+    index = count if at is None else bisect_right(recording.at, at)
+    lines = [
+        frame_line(recording, each, decode)
+        for each in range(max(0, index - BEFORE), min(count, index + AFTER))
+    ]
+    since = lines[0].at if lines and index > BEFORE else None
+    until = lines[-1].at if lines and index + AFTER < count else None
+    for _, note in recording.notes:
+        if isinstance(note, Moment | BusEvent) and _within(note, since, until):
+            lines.append(note_line(note))
+    lines.sort(key=lambda line: line.at or 0)
+    place = len(lines) if at is None else sum((line.at or 0) <= at for line in lines)
+    return lines[max(0, place - BEFORE) : place + AFTER]
+
+
+def _within(note: Note, since: int | None, until: int | None) -> bool:
+    at = journal.stamp(note)
+    return (since is None or at >= since) and (until is None or at <= until)
+
+
+def show_at(at: int | None, origin_at: int) -> str:
+    """An instant for people, in seconds from an origin, to the microsecond."""
+    if at is None:
+        return ""
+    span_ns = at - origin_at
+    whole, rest = divmod(abs(span_ns), 1_000_000_000)
+    sign = "−" if span_ns < 0 else ""
+    return f"{sign}{whole}.{rest // 1000:06d}"
+
+
+def within_text(line: Line) -> str:
+    """By how much the instant of a stimulus is in doubt; "" = exact."""
+    if line.until is None or line.at is None or line.until == line.at:
+        return ""
+    return f"within {show_span(line.until - line.at)}"

@@ -1,0 +1,44 @@
+"""What a run leaves for people: `report.html`. Made of its folder, at its end or later."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from hil_tests.errors import BenchError, ConfigError
+
+
+def write(folder: Path) -> str:
+    """Write the papers of a run that has ended; where they are, or why there are none.
+
+    A paper is made from the results and recordings, which are there already: that it could
+    not be made is said, and changes no verdict.
+    """
+    try:
+        return f"report: {_report(folder)}"
+    except Exception as error:  # noqa: BLE001 - the end of a run reports, it never raises
+        why = f"{type(error).__name__}: {error}"
+        return f"NO REPORT ({why}); once that is mended: nodeproof report {folder}"
+
+
+def make_again(folder: Path) -> Path:
+    """Write `report.html` of a run, also of one that was killed.
+
+    Raises:
+        ConfigError: it is no folder of a run, or cannot be written to.
+    """
+    if not (folder / "results.json").is_file():
+        raise ConfigError(
+            f"{folder}: no folder of a run, there is no results.json in it; "
+            "name one, e.g. reports/latest"
+        )
+    try:
+        return _report(folder)
+    except (BenchError, OSError) as error:
+        raise ConfigError(str(error)) from error
+
+
+def _report(folder: Path) -> Path:
+    from hil_tests.reporting.html import write_report  # noqa: PLC0415 - jinja2, when needed
+    from hil_tests.run.catalogue import mutants_by_requirement  # noqa: PLC0415
+
+    return write_report(folder, mutants_by_requirement())
