@@ -1,8 +1,7 @@
 """The checks of a test, each with its place in the recording and what it counted from.
 
-`results.json` has what was measured, the recording has when the judge said so: both list
-the verdicts of a test in the same order. A check that names its cause ("... after
-701#00") is traced back to that frame or stimulus; then an arrow can be drawn.
+A check that names its cause ("... after 701#00") is traced back to that frame or stimulus, and
+forward to the frame that was judged; then an arrow can be drawn.
 """
 
 from __future__ import annotations
@@ -12,15 +11,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hil_tests.clock import MS
-from hil_tests.reporting.html.margins import Margin, margin_of
 from hil_tests.reporting.html.recording import Recording
-from hil_tests.reporting.journal import Mark
-from hil_tests.reporting.results import VerdictRow
+from hil_tests.reporting.rows import VerdictRow
 from hil_tests.trace import Moment
 
 _FRAME_NS = 20 * MS
 """A frame ends later than it was asked for: at 20 kbit/s by 7 ms, on a busy bus by more."""
-_LOOK_AHEAD = 50
 _LOOK_BACK = 5000
 
 
@@ -30,15 +26,11 @@ class Check:
 
     Args:
         row: as `results.json` has it.
-        at: when the judge said so, ns on the clock of the recording; None = not known.
-        margin: see `Margin`.
         cause_at: instant of the stimulus or frame from which it counted.
         effect: index of the frame that was judged.
     """
 
     row: VerdictRow
-    at: int | None
-    margin: Margin | None
     cause_at: int | None = None
     effect: int | None = None
 
@@ -46,37 +38,21 @@ class Check:
 def checks_of(rows: Sequence[VerdictRow], recording: Recording | None) -> list[Check]:
     """The checks of a test, in the order in which they were made."""
     if recording is None:
-        return [Check(row, None, margin_of(row)) for row in rows]
+        return [Check(row) for row in rows]
     moments = recording.moments()
-    found = []
-    for row, at in zip(rows, _place(rows, recording.marks()), strict=True):
-        cause_at, effect = _traced(row, at, recording, moments)
-        found.append(Check(row, at, margin_of(row), cause_at, effect))
-    return found
-
-
-def _place(rows: Sequence[VerdictRow], marks: Sequence[Mark]) -> list[int | None]:
-    """The instant of each verdict: marks stand in the same order, some may be missing."""
-    place = 0
-    found: list[int | None] = []
-    for row in rows:
-        ahead = range(place, min(place + _LOOK_AHEAD, len(marks)))
-        match = next((n for n in ahead if marks[n].text == row.text), None)
-        found.append(None if match is None else marks[match].at or None)
-        place = place if match is None else match + 1
-    return found
+    return [Check(row, *_traced(row, recording, moments)) for row in rows]
 
 
 def _traced(
-    row: VerdictRow, at: int | None, recording: Recording, moments: Sequence[Moment]
+    row: VerdictRow, recording: Recording, moments: Sequence[Moment]
 ) -> tuple[int | None, int | None]:
     """Cause and effect of a measured span, as far as the recording shows them."""
     _, after, name = row.what.rpartition(" after ")
-    if not after or row.measured_ns is None or at is None:
+    if not after or row.measured_ns is None or row.at is None:
         return None, None
-    cause_at = _frame_named(name, at, recording)
+    cause_at = _frame_named(name, row.at, recording)
     if cause_at is None:
-        cause_at = _moment_named(name, at, moments)
+        cause_at = _moment_named(name, row.at, moments)
     if cause_at is None:
         return None, None
     return cause_at, _effect(cause_at, row.measured_ns, recording)

@@ -25,15 +25,14 @@ from hil_tests.clock import Interval, show_interval, show_span
 from hil_tests.reporting.files import replace_file
 from hil_tests.reporting.html import narrative, view
 from hil_tests.reporting.html.artefacts import Artefact, artefacts_of
-from hil_tests.reporting.html.coverage import Covered, cover, proofs_of
-from hil_tests.reporting.html.view import TestView, fact, test_views, verdict_of
-from hil_tests.reporting.results import OUTCOMES
-from hil_tests.reporting.results_reader import Results, load_results
-from hil_tests.requirements import Requirement, kinds, load
+from hil_tests.reporting.html.coverage import Covered, cover, proofs_of, show_margin
+from hil_tests.reporting.html.facts import fact, table_of, words
+from hil_tests.reporting.html.view import TestView, test_views, verdict_of
+from hil_tests.reporting.results_reader import RESULTS, Results, load_results
+from hil_tests.reporting.rows import OUTCOMES
 
 REPORT = "report.html"
 CERTIFICATE = "certificate.pdf"
-_RESULTS = "results.json"
 _MATRIX = "matrix.json"
 _TEMPLATES = "templates"
 
@@ -71,21 +70,13 @@ def read_run(folder: Path, aimed: Mapping[str, Iterable[str]]) -> Subject:
     Raises:
         RecordUnreadable: no readable `results.json`.
     """
-    results = load_results(folder / _RESULTS)
-    kind, catalogue = _catalogue(results)
-    tests = test_views(folder, results, kind)
+    results = load_results(folder / RESULTS)
+    kind = fact(results.run, "device", "profile", "kind")
+    tests = test_views(folder, results, str(kind or "keypad"))
     matrix, notes = _matrix(folder)
-    covered = cover([test.result for test in tests], catalogue, proofs_of(aimed, matrix))
+    covered = cover(results, proofs_of(aimed, matrix))
     files = artefacts_of(folder, without={REPORT, CERTIFICATE})
     return Subject(folder, results, tests, covered, matrix, files, notes)
-
-
-def _catalogue(results: Results) -> tuple[str, Mapping[str, Requirement]]:
-    """The kind of device whose requirements the results name most often, and those."""
-    named = {name for result in results.results for name in result.requirements}
-    tables = {kind: load(kind) for kind in kinds()}
-    best = max(tables, key=lambda kind: (len(named & tables[kind].keys()), kind == "keypad"))
-    return best, tables[best]
 
 
 def _matrix(folder: Path) -> tuple[Mapping[str, Any], list[str]]:
@@ -97,8 +88,7 @@ def _matrix(folder: Path) -> tuple[Mapping[str, Any], list[str]]:
         found = json.loads(path.read_text("utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         return {}, [f"{_MATRIX} cannot be read: {error}"]
-    mutants = found.get("mutants") if isinstance(found, dict) else None
-    if not isinstance(mutants, dict) or not all(isinstance(m, dict) for m in mutants.values()):
+    if not isinstance(fact(found, "mutants"), dict):
         return {}, [f"{_MATRIX} is no table of faulty models"]
     return found, []
 
@@ -162,7 +152,7 @@ def values(subject: Subject) -> dict[str, Any]:
 
 def _repeat(run: Mapping[str, Any]) -> str:
     """The command line that repeats the run."""
-    command = view.words(run, "command")
+    command = words(run, "command")
     return shlex.join(["pytest", *command]) if command else "pytest"
 
 
@@ -194,6 +184,7 @@ def _environment() -> jinja2.Environment:
     )
     environment.filters |= {
         "slug": view.slug,
+        "margin": lambda margin: show_margin(margin.ns, margin.doubts) if margin else "",
         "span": show_span,
         "measured": lambda pair: show_interval(Interval(*pair)) if pair else "",
         "limits": _limits,
@@ -201,8 +192,8 @@ def _environment() -> jinja2.Environment:
     }
     environment.globals |= {
         "fact": fact,
-        "words": view.words,
-        "rows": view.rows,
+        "words": words,
+        "table_of": table_of,
         "show_at": narrative.show_at,
     }
     return environment

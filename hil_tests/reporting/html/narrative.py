@@ -85,7 +85,7 @@ def note_line(note: Moment | BusEvent) -> Line:
 def check_line(check: Check) -> Line:
     """A check as a line."""
     row = check.row
-    return Line(CHECK, check.at, row.requirement, row.text or row.what, row.outcome)
+    return Line(CHECK, row.at, row.requirement, row.text or row.what, row.outcome)
 
 
 def steps(

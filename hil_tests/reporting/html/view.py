@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 from markupsafe import Markup
 
@@ -15,15 +14,18 @@ from hil_tests.decode import decode
 from hil_tests.reporting import journal
 from hil_tests.reporting.html import narrative, sequence
 from hil_tests.reporting.html.checks import Check, checks_of
+from hil_tests.reporting.html.facts import fact
 from hil_tests.reporting.html.narrative import Line
 from hil_tests.reporting.html.recording import Kinds, Recording, read_recording
-from hil_tests.reporting.results import TestResult
+from hil_tests.reporting.results import COMPLETE
 from hil_tests.reporting.results_reader import Results
+from hil_tests.reporting.rows import TestResult, TraceFile
 from node_model.frame import Frame
 
 ARGUED = frozenset(("failed", "error", "inconclusive", "observation"))
 """Outcomes of tests that are told at length."""
 
+_ORPHAN = "The run ended before this test did: there is its recording, and no verdict."
 _STEPS, _STEPS_ARGUED = 14, 120
 _FRAMES = 6
 
@@ -115,13 +117,15 @@ def test_views(folder: Path, results: Results, kind: str) -> list[TestView]:
 
 
 def _with_orphans(folder: Path, results: Results) -> Iterator[TestResult]:
+    """The results, and the recordings that none of them names: of tests that never ended."""
     yield from results.results
-    known = {result.trace for result in results.results}
+    known = {result.trace.path for result in results.results if result.trace}
+    broken_off = fact(results.under_way, "trace")
     for path in sorted((folder / "traces").glob("*.pcapng")):
         trace = path.relative_to(folder).as_posix()
         if trace not in known:
-            text = "The run ended before this test did: there is its recording, and no verdict."
-            yield TestResult(path.stem, "error", trace=trace, text=text)
+            test = fact(results.under_way, "test") if trace == broken_off else None
+            yield TestResult(str(test or path.stem), "error", trace=TraceFile(trace), text=_ORPHAN)
 
 
 def _test_view(
@@ -142,11 +146,12 @@ def _recording(folder: Path, result: TestResult, kinds: Kinds) -> tuple[Recordin
     """The recording of a test, if it lies in the folder of its run."""
     if result.trace is None:
         return None, ""
-    path = folder / result.trace
+    name = result.trace.path
+    path = folder / name
     if not path.resolve().is_relative_to(folder.resolve()):
-        return None, f"{result.trace}: not in the folder of this run"
+        return None, f"{name}: not in the folder of this run"
     if not path.is_file():
-        return None, f"{result.trace}: the file is not there"
+        return None, f"{name}: the file is not there"
     recording = read_recording(path, kinds)
     return recording, recording.damage
 
@@ -161,7 +166,7 @@ def _tell(view: TestView, recording: Recording, tell: Teller) -> None:
         view.window = [narrative.frame_line(recording, index, tell) for index in range(count)]
         return
     finding = view.finding
-    view.window = narrative.window(recording, finding.at if finding else None, tell)
+    view.window = narrative.window(recording, finding.row.at if finding else None, tell)
     line = narrative.check_line(finding) if finding else None
     view.chart = sequence.chart(view.window, view.origin_at, line)
 
@@ -169,31 +174,6 @@ def _tell(view: TestView, recording: Recording, tell: Teller) -> None:
 def _origin(recording: Recording) -> int:
     stamps = [journal.stamp(note) for _, note in recording.notes[:1]]
     return min([*stamps, *recording.at[:1]], default=0)
-
-
-# Facts of the run.
-
-
-def fact(run: Mapping[str, Any], *keys: str) -> Any:
-    """A value inside the head of `results.json`; None where it is not there."""
-    found: Any = run
-    for key in keys:
-        if not isinstance(found, Mapping):
-            return None
-        found = found.get(key)
-    return found
-
-
-def words(run: Mapping[str, Any], *keys: str) -> list[str]:
-    """A list of words inside the head; empty where there is none."""
-    found = fact(run, *keys)
-    return [str(each) for each in found] if isinstance(found, list) else []
-
-
-def rows(run: Mapping[str, Any], *keys: str) -> list[tuple[str, Any]]:
-    """The entries of a table inside the head; empty where there is none."""
-    found = fact(run, *keys)
-    return [(str(key), value) for key, value in found.items()] if isinstance(found, dict) else []
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,7 +197,7 @@ def verdict_of(results: Results, tests: Sequence[TestView]) -> Verdict:
     judged = counts["passed"] + counts["observation"] + counts["failed"]
     if counts["failed"]:
         word, slug, text = "Failed", "failed", _sentence(counts["failed"], "failed")
-    elif not results.finished:
+    elif results.state != COMPLETE:
         word, slug = "Interrupted", "error"
         text = f"The run did not come to its end; {judged} tests were judged before."
     elif counts["error"] or results.summary.get("problems"):

@@ -9,7 +9,7 @@ from typing import Any
 
 from hil_tests.clock import MS
 from hil_tests.reporting.pcapng import PcapngSink
-from hil_tests.reporting.results import ResultsFile, TestResult, VerdictRow
+from hil_tests.reporting.results import ResultsFile, TestResult, TraceFile, VerdictRow
 from hil_tests.trace import BusEvent, EventKind, Moment, Sighting
 from node_model.frame import Frame
 
@@ -21,10 +21,19 @@ HEAD: Mapping[str, Any] = {
     "options": {"can_seed": {"value": 0, "source": "default"}},
     "versions": {"python": "3.11.7"},
     "bus": {"interface": "virtual time", "channel": "-", "bit_rate": 250_000, "timed": True},
-    "device": {"kind": "virtual", "profile": "keypad.toml", "node_id": 1, "mutant": None},
+    "device": {
+        "kind": "virtual",
+        "profile": {"name": "keypad", "kind": "keypad"},
+        "node_id": 1,
+        "mutant": None,
+    },
     "clock": {"text": "virtual time, exact", "doubt_ns": 0},
     "seed": 0,
     "bench": {"name": "virtual", "facilities": ["power"]},
+    "requirements": {
+        name: {"text": f"{name} says so.", "class": "must", "source": "s", "clause": "c"}
+        for name in ("NMT-02", "HB-01")
+    },
 }
 
 
@@ -32,14 +41,16 @@ def failed() -> VerdictRow:
     """An EMCY that came too late."""
     what = "EMCY 50xxh of node 1 after 701#00"
     measured = (110 * MS, 112 * MS)
-    return VerdictRow("NMT-02", "failed", what, measured, (None, 100 * MS), LATE)
+    return VerdictRow("NMT-02", "failed", what, measured, (None, 100 * MS), LATE, at=165 * MS)
 
 
 def passed(name: str = "NMT-02") -> VerdictRow:
     """A boot-up in time."""
     what = "boot-up of node 1 after power-on (regular start)"
     text = f"{what}; measured 50 ms .. 51 ms; allowed at most 1 s"
-    return VerdictRow(name, "passed", what, (50 * MS, 51 * MS), (None, 1000 * MS), text)
+    return VerdictRow(
+        name, "passed", what, (50 * MS, 51 * MS), (None, 1000 * MS), text, at=60 * MS
+    )
 
 
 def result(number: int, *rows: VerdictRow, outcome: str = "passed", **more: Any) -> TestResult:
@@ -48,12 +59,11 @@ def result(number: int, *rows: VerdictRow, outcome: str = "passed", **more: Any)
         "bus_ns": 300 * MS,
         "frames": 3,
         "requirements": ("NMT-02",),
-        "trace": f"traces/t{number}.pcapng",
+        "trace": TraceFile(f"traces/t{number}.pcapng"),
         "reproduce": f"pytest test_start.py::test_{number}",
     }
-    return TestResult(
-        f"a/test_start.py::test_{number}", outcome, 0.1, verdicts=rows, **facts | more
-    )
+    test = f"a/test_start.py::test_{number}"
+    return TestResult(test, outcome, verdicts=rows, **facts | more)
 
 
 def write_trace(path: Path, *rows: VerdictRow, doubt_ns: int = 0) -> Path:
@@ -68,7 +78,7 @@ def write_trace(path: Path, *rows: VerdictRow, doubt_ns: int = 0) -> Path:
         sink.write(Moment("keys", 200 * MS, 200 * MS, {"held": ["k3"]}))
         sink.write(Sighting(Frame(0x181, b"\x04\x00"), 260 * MS, doubt_ns))
         for row in rows:
-            sink.mark(165 * MS, row.text, {"outcome": row.outcome})
+            sink.mark(row.at or 0, row.text, {"outcome": row.outcome})
     return path
 
 
@@ -85,7 +95,7 @@ def make_run(
         for each in results:
             file.add(each.to_json())
             if each.trace and traces:
-                write_trace(folder / each.trace, *each.verdicts)
+                write_trace(folder / each.trace.path, *each.verdicts)
         if finish:
             file.finish({"exit_status": 1, "problems": []})
     return folder
