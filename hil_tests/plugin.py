@@ -150,8 +150,8 @@ def lss(bench: Bench) -> Lss:
 
 
 @pytest.fixture(scope="session")
-def master(bench: Bench) -> Master:
-    """The NMT master of the bench; `master.meet()` gives a test its manager of the device."""
+def manager(bench: Bench) -> Master:
+    """The NMT master of the bench; `manager.meet()` begins with a device it knows nothing of."""
     from hil_tests.bench.master import Master  # noqa: PLC0415 - where a test asks for it
 
     return Master(bench)

@@ -26,8 +26,8 @@ ORIGINS = ("source", "cia301", "reading")
 KINDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "keypad": ("keypad",),
-        "drive": ("nmt", "sync_emcy"),
-        "generic": ("nmt",),
+        "drive": ("nmt", "sync_emcy", "cia301"),
+        "generic": ("nmt", "cia301"),
     }
 )
 """The catalogues that a kind of device is judged by: one file for each source."""
