@@ -3,70 +3,75 @@
 Laws, besides those of a node (`node_model.node`): after each initialisation the boot-up
 goes first, then what the services say; nothing is heard or said before. A reset node
 brings every object back to its power-on value, a reset communication the objects
-1000h..1FFFh (CiA 301 4.2.0, 7.3.2.2).
+1000h..1FFFh (CiA 301 4.2.0, 7.3.2.2). A device without a node id takes part in LSS alone.
+What a frame or a change causes is said at that instant, in the order of the services.
 """
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
 
+from node_model.composition import Facts, Parts, Services
 from node_model.frame import Frame
-from node_model.heartbeat import HeartbeatProducer, heartbeat_frame
+from node_model.heartbeat import PRODUCER_TIME, heartbeat_frame
+from node_model.line_settings import IMAGE_BYTES
+from node_model.lss import NO_NODE_ID, STORED
 from node_model.nmt import NMT_COB_ID, TARGETS, NmtCommand, NmtState, command_for
 from node_model.node import MS, NOTHING, Frames, refuse_strangers
-from node_model.od import Entry, ObjectDictionary
+from node_model.nonvolatile import encode
+from node_model.od import ObjectDictionary
+from node_model.service import Service
 
 COMMUNICATION = range(0x1000, 0x2000)
 """Indices of the communication profile area."""
 
-HEARTBEAT_TIME = 0x1017
+IDENTITY = 0x1018
 
 
-@dataclass(frozen=True, slots=True)
-class Parts:
-    """The classes a device is made of: where a faulty or different device differs."""
-
-    heartbeat: Callable[[int], HeartbeatProducer] = HeartbeatProducer
-
-
-class Cia301Device(ABC):
+class Cia301Device:
     """A device that keeps the laws of a node.
 
     Args:
-        name: for people.
-        node_id: 1..127.
-        bit_rate: bit/s.
+        facts: what it is.
+        image: content of its memory, e.g. from an earlier life; b"" = as it left the factory.
         parts: the classes it is made of.
     """
 
     keys: tuple[str, ...] = ()
     leds: tuple[str, ...] = ()
-    faults: tuple[str, ...] = ()
 
-    def __init__(
-        self,
-        name: str,
-        node_id: int,
-        bit_rate: int,
-        parts: Parts | None = None,
-    ) -> None:
-        self.name = name
-        self.node_id = node_id
+    def __init__(self, facts: Facts, image: bytes = b"", parts: Parts | None = None) -> None:
+        self.facts = facts
+        self.name = facts.name
         self.parts = parts or Parts()
+        self.faults = tuple(facts.faults)
         self.powered = False
         self.bit_rate = 0
+        self.bit_rates = facts.bit_rates
         self.listens_to: frozenset[int] | None = frozenset()
         self.state = NmtState.INITIALISING
-        self.od = ObjectDictionary(self.entries(node_id))
-        self._line_rate = bit_rate
+        self._line = self.parts.line(facts.node_id, facts.bit_rate, image[:IMAGE_BYTES])
+        self._lss = self.parts.lss(self)
+        self.node_id, self._line_rate = self._line.load()
+        self.compose(image[IMAGE_BYTES:])
+        self._row: tuple[Service, ...] = ()
+        self._routes: dict[int, tuple[Service, ...]] = {}
+        self.active: frozenset[str] = frozenset()
         self._boot_at: int | None = None
-        self._beat = self.parts.heartbeat(0)
+        self._heard_at: int | None = None
+        self._wanted: NmtState | None = None
+        self._stale = False
+        self._due: int | None = None
 
-    @abstractmethod
-    def entries(self, node_id: int) -> Iterable[Entry]:
-        """Its objects, as it leaves the factory with that node id."""
+    def compose(self, image: bytes) -> None:
+        """Objects and services for the present node id."""
+        self.od = ObjectDictionary(self.facts.entries(self.node_id))
+        for index in sorted(self.od.indices):
+            if index in COMMUNICATION:
+                self.od.observe(index, self._configured)
+        self.services = Services(
+            self.parts, self.od, self.node_id, self.facts, image, self._want, self.applied
+        )
 
     # Power.
 
@@ -74,22 +79,30 @@ class Cia301Device(ABC):
         """Start initialising."""
         if not self.powered:
             self.powered = True
-            self._restore(lambda _: True)
-            self._boot_at = now + self.start_ns()
+            node_id, self._line_rate = self._line.load()
+            self._take_node_id(node_id)
+            self.services.nonvolatile.restore(lambda _: True)
+            self._boot_at = self._due = now + self.start_ns()
         return NOTHING
 
     def power_off(self, now: int) -> Frames:  # noqa: ARG002  a verb of every node
         """Everything volatile is lost."""
         self.powered = False
-        self._boot_at = None
         self._fall_silent()
+        self._line.store.cut()
+        self._lss.forget()
+        self._boot_at = self._due = None
         return NOTHING
 
     def _fall_silent(self) -> None:
+        for service in self._row:
+            service.stop()
+        self._row = ()
+        self._routes = {}
+        self._wanted = self._heard_at = None
         self.state = NmtState.INITIALISING
         self.bit_rate = 0
         self.listens_to = frozenset()
-        self._beat.stop()
 
     def start_ns(self) -> int:
         """From power-on to the end of initialisation."""
@@ -101,38 +114,72 @@ class Cia301Device(ABC):
 
     # Initialisation.
 
-    def _restore(self, concerned: Callable[[int], bool]) -> None:
-        """Objects go back to their power-on values."""
-        for entry in self.od.entries.values():
-            if concerned(entry.index):
-                entry.value = entry.default
-
     def boot(self, now: int) -> Frames:
         """Initialisation is done: pre-operational, boot-up first."""
         self._boot_at = None
         self.bit_rate = self._line_rate
-        self.listens_to = frozenset((NMT_COB_ID,))
+        if self.node_id == NO_NODE_ID:
+            return self._begin((self._lss, self._line), now)
         self.state = NmtState.PRE_OPERATIONAL
-        self._beat = self.parts.heartbeat(self.od.number(HEARTBEAT_TIME) * MS)
-        self._beat.start(now)
+        row = (*self.services.row, self._lss, self._line)
+        return (*self.boot_frames(), *self._begin(row, now), *self.report(now))
+
+    def boot_frames(self) -> Frames:
+        """The boot-up (7.2.8.2.2.3)."""
         return (heartbeat_frame(self.node_id, NmtState.INITIALISING),)
+
+    def _begin(self, row: tuple[Service, ...], now: int) -> Frames:
+        self._row = row
+        self._stale = True
+        return gathered(service.start(now) for service in row)
+
+    def report(self, now: int) -> Frames:
+        """The errors that there are."""
+        return gathered(self.occur(name, now) for name in self.faults if name in self.active)
 
     def reset(self, command: NmtCommand, now: int) -> Frames:
         """Initialise anew."""
+        self.services.nonvolatile.finish()
+        self._line.store.finish()
         self._fall_silent()
-        everything = command is NmtCommand.RESET_NODE
-        self._restore(lambda index: everything or index in COMMUNICATION)
+        if self._lss.pending_node_id is not None:
+            self._take_node_id(self._lss.pending_node_id)
+        self.services.nonvolatile.restore(self.restored_by(command))
         self._boot_at = now + self.reset_ns()
         return NOTHING
+
+    def restored_by(self, command: NmtCommand) -> Callable[[int], bool]:
+        """Which indices go back to their power-on values."""
+        if command is NmtCommand.RESET_NODE:
+            return lambda _: True
+        return lambda index: index in COMMUNICATION
+
+    def _take_node_id(self, node_id: int) -> None:
+        """Another node id: other COB-IDs; the rest of the objects stays."""
+        if node_id == self.node_id:
+            return
+        before, image = self.od, self.services.nonvolatile.image()
+        self.node_id = node_id
+        self.compose(image)
+        for entry in before.entries.values():
+            if entry.index not in COMMUNICATION:
+                self.od.put(entry.index, entry.sub, entry.value)
 
     # Frames in.
 
     def receive(self, frame: Frame, now: int) -> Frames:
-        """NMT commands in every state after initialisation."""
-        if self.state is NmtState.INITIALISING:
+        """NMT commands in every state after initialisation; the rest is the services' affair."""
+        if not self.bit_rate or frame.extended:
             return NOTHING
-        command = self.command(frame)
-        return NOTHING if command is None else self.obey(command, now)
+        self.before(now)
+        frames: Frames = NOTHING
+        if not frame.can_id and self.state is not NmtState.INITIALISING:
+            command = self.command(frame)
+            if command is not None:
+                frames = self.obey(command, now)
+        for service in self._routes.get(frame.can_id, ()):
+            frames = (*frames, *service.receive(frame, now))
+        return self._settle(frames, now, now)
 
     def command(self, frame: Frame) -> NmtCommand | None:
         """The NMT command in this frame that is meant for this node."""
@@ -140,33 +187,164 @@ class Cia301Device(ABC):
 
     def obey(self, command: NmtCommand, now: int) -> Frames:
         """Carry out an NMT command."""
-        target = TARGETS[command]
+        target = self.target(command)
         if target is NmtState.INITIALISING:
             return self.reset(command, now)
-        self.state = target
-        return NOTHING
+        return self.enter(target, now)
+
+    def target(self, command: NmtCommand) -> NmtState:
+        """The state that a command leads to."""
+        return TARGETS[command]
+
+    def enter(self, state: NmtState, now: int) -> Frames:
+        """Change to an NMT state after initialisation."""
+        self.state = state
+        return gathered(service.enter(state, now) for service in self._row)
+
+    def _want(self, state: NmtState, now: int) -> None:  # noqa: ARG002  a request
+        """1029h asks for a state: entered when what asked is through."""
+        self._wanted = state
+
+    def _configured(self, sub: int, now: int) -> None:  # noqa: ARG002  an observer
+        """A client has written a communication object: COB-IDs may be others."""
+        self._stale = True
 
     # Time.
 
     def advance(self, now: int) -> Frames:
         """Everything that is due, oldest first."""
-        frames = NOTHING
-        while (due := self.deadline()) is not None and due <= now:
-            frames = (*frames, *self.fire(due))
-        return frames
-
-    def fire(self, now: int) -> Frames:
-        """What is due at this very instant."""
-        if self._boot_at is not None:
-            return self.boot(now)
-        self._beat.beat()
-        return (heartbeat_frame(self.node_id, self.state),)
+        if self._due is None or self._due > now:
+            return NOTHING
+        return self._settle(NOTHING, now, now)
 
     def deadline(self) -> int | None:
         """The end of initialisation, or what a service waits for."""
-        return self._beat.due_at if self._boot_at is None else self._boot_at
+        return self._due
+
+    def _settle(self, frames: Frames, at: int, now: int) -> Frames:
+        """All that is due by `now`, each at its instant, after what was done at `at`."""
+        if not self.bit_rate:
+            frames = NOTHING
+        while True:
+            if self._wanted is not None:
+                state, self._wanted = self._wanted, None
+                frames = (*frames, *self.enter(state, at))
+            if self._stale:
+                self._route()
+            due = self._next()
+            if due is None or due > now:
+                self._due = due
+                return frames
+            at = due
+            said = self._fire(due)
+            if said and self.bit_rate:
+                frames = (*frames, *said)
+
+    def _fire(self, now: int) -> Frames:
+        """What is due at this very instant."""
+        if self._boot_at is not None:
+            return self.boot(now)
+        if self._heard_at is not None and self._heard_at <= now:
+            self._heard_at = None
+            self.bit_rate = self._line_rate
+            self._stale = True
+        self.before(now)
+        frames = NOTHING
+        for service in self._row:
+            due = service.deadline()
+            if due is not None and due <= now:
+                frames = (*frames, *service.advance(now))
+        return frames
+
+    def _next(self) -> int | None:
+        if self._boot_at is not None:
+            return self._boot_at
+        soonest = self._heard_at
+        for service in self._row:
+            due = service.deadline()
+            if due is not None and (soonest is None or due < soonest):
+                soonest = due
+        return soonest
+
+    def _route(self) -> None:
+        """Who gets which identifier."""
+        self._stale = False
+        routes: dict[int, tuple[Service, ...]] = {}
+        for service in self._row:
+            for can_id in service.listens_to():
+                routes[can_id] = (*routes.get(can_id, ()), service)
+        self._routes = routes
+        self.listens_to = frozenset(routes) | {NMT_COB_ID} if self.bit_rate else frozenset()
+
+    def before(self, now: int) -> None:
+        """The application brings its objects up to date: somebody may look at them."""
+
+    def applied(self, index: int, sub: int, now: int) -> None:
+        """An RPDO has written an object of the application."""
+
+    # What LSS asks of its device.
+
+    def identity(self) -> tuple[int, int, int, int]:
+        """Vendor, product code, revision and serial number; 0 where it has none."""
+        vendor, product, revision, serial = (self.od.number(IDENTITY, sub) for sub in range(1, 5))
+        return vendor, product, revision, serial
+
+    def keep(self, node_id: int | None, bit_rate: int | None, now: int) -> int:
+        """Store node id and bit rate for the next power-on."""
+        old_id, old_rate = self._line.load()
+        self._line.save(old_id if node_id is None else node_id, bit_rate or old_rate, now)
+        return STORED
+
+    def switch(self, bit_rate: int | None, delay_ns: int, now: int) -> None:
+        """Silent and deaf for two delays, then at the other bit rate."""
+        self._line_rate = bit_rate or self._line_rate
+        self._heard_at = now + 2 * delay_ns
+        self.bit_rate = 0
+        self._stale = True
+
+    def begin(self, now: int) -> None:
+        """The first node id: initialise communication."""
+        self.reset(NmtCommand.RESET_COMMUNICATION, now)
 
     # What a bench does and sees.
+
+    def set_up(self, settings: Mapping[str, int]) -> bytes:
+        """Content of the memory of such a device with these settings.
+
+        Args:
+            settings: node_id, bit_rate in bit/s, heartbeat_ms; what is not named is as the
+                factory made it.
+        """
+        node_id, bit_rate = self._line.load()
+        self._line.save(settings.get("node_id", node_id), settings.get("bit_rate", bit_rate), 0)
+        self._line.store.finish()
+        if "heartbeat_ms" in settings:
+            period = settings["heartbeat_ms"].to_bytes(2, "little")
+            self.services.nonvolatile.store.save(encode({(PRODUCER_TIME, 0): period}), 0)
+            self.services.nonvolatile.finish()
+        return self.image()
+
+    def fail(self, active: frozenset[str], now: int) -> Frames:
+        """From `now` on exactly these errors exist; power does not end them.
+
+        Raises:
+            ValueError: a name that is none of `faults`.
+        """
+        refuse_strangers("fault", active, self.faults, self.name)
+        before, self.active = self.active, active
+        if self.state is NmtState.INITIALISING:
+            return NOTHING
+        came = gathered(self.occur(n, now) for n in self.faults if n in active - before)
+        went = gathered(self.heal(n, now) for n in self.faults if n in before - active)
+        return self._settle((*came, *went), now, now)
+
+    def occur(self, name: str, now: int) -> Frames:
+        """An error of the application comes."""
+        return self.services.emcy.occur(name, self.facts.faults[name], now)
+
+    def heal(self, name: str, now: int) -> Frames:
+        """An error of the application goes."""
+        return self.services.emcy.heal(name, now)
 
     def hold(self, held: frozenset[str], now: int) -> Frames:  # noqa: ARG002  a verb of every panel
         """It has no keys.
@@ -190,14 +368,11 @@ class Cia301Device(ABC):
         """It has no LEDs."""
         return None
 
-    @abstractmethod
-    def fail(self, active: frozenset[str], now: int) -> Frames:
-        """From `now` on exactly these errors exist.
-
-        Raises:
-            ValueError: a name that is none of `faults`.
-        """
-
-    @abstractmethod
     def image(self) -> bytes:
-        """Content of its memory."""
+        """Content of its memory: node id and bit rate, then its parameters."""
+        return bytes(self._line.store.memory) + self.services.nonvolatile.image()
+
+
+def gathered(said: Iterable[Frames]) -> Frames:
+    """What several said, in order."""
+    return tuple(frame for frames in said for frame in frames)

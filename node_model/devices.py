@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path
 from types import MappingProxyType
@@ -50,7 +49,7 @@ class Kind(Generic[F]):
     name: str
     loads: Callable[[str], F]
     make: Maker
-    memory: Callable[[Settings], bytes]
+    memory: Callable[[F, Settings], bytes]
     node_ids: range
     with_node_id: Callable[[F, int], F]
 
@@ -68,6 +67,8 @@ class Blueprint(Generic[F]):
     kind: Kind[F]
     facts: F
     maker: Maker
+    memories: dict[tuple[tuple[str, int], ...], bytes] = field(default_factory=dict, compare=False)
+    """What `memory` has found: a bench makes many devices with few memories."""
 
     def make(self, image: bytes = b"") -> Panel:
         """A device, switched off.
@@ -83,8 +84,11 @@ class Blueprint(Generic[F]):
         Raises:
             UnknownDeviceError: a setting that its kind has not.
         """
+        key = tuple(sorted(settings.items()))
         try:
-            return self.kind.memory(settings)
+            if key not in self.memories:
+                self.memories[key] = self.kind.memory(self.facts, settings)
+            return self.memories[key]
         except TypeError as error:
             raise UnknownDeviceError(f"a {self.kind.name} is not set up so: {error}") from None
 
@@ -99,10 +103,9 @@ class Blueprint(Generic[F]):
             raise UnknownDeviceError(
                 f"node id {node_id} is none of a {self.kind.name}, {ids[0]}..{ids[-1]}"
             )
-        return replace(self, facts=self.kind.with_node_id(self.facts, node_id))
+        return replace(self, facts=self.kind.with_node_id(self.facts, node_id), memories={})
 
 
-@lru_cache(maxsize=256)  # a bench makes many devices with few memories
 def memory_with(record: bytes) -> bytes:
     """Content of a memory in which this record was stored long ago."""
     store = RecordStore(len(record), byte_ns=0)
@@ -111,12 +114,15 @@ def memory_with(record: bytes) -> bytes:
     return bytes(store.memory)
 
 
-def _keypad_memory(settings: Settings) -> bytes:
+def _keypad_memory(_: keypad.Profile, settings: Settings) -> bytes:
     return memory_with(keypad.Parameters(**settings).encode())
 
 
-def _drive_memory(settings: Settings) -> bytes:
-    return memory_with(drive.record_of(drive.Factory(**settings)))
+def _drive_memory(facts: drive.Profile, settings: Settings) -> bytes:
+    strangers = settings.keys() - {"node_id", "bit_rate", "heartbeat_ms"}
+    if strangers:
+        raise TypeError(f"no setting {', '.join(sorted(strangers))}")
+    return drive.Drive(facts).set_up(settings)
 
 
 def _keypad_node_id(facts: keypad.Profile, node_id: int) -> keypad.Profile:

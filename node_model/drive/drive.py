@@ -1,43 +1,36 @@
-"""The drive as a whole: a CiA 301 device with an axis and errors of its own."""
+"""The drive as a whole: a CiA 301 device with an axis."""
 
 from __future__ import annotations
 
-import struct
-from dataclasses import astuple
+from dataclasses import dataclass
+from functools import partial
 
-from node_model.device import Cia301Device, Parts
-from node_model.drive.profile import Factory, Profile
-from node_model.node import NOTHING, Frames, refuse_strangers
-from node_model.od import Access, DataType, Entry
-from node_model.storage import RecordStore
+from node_model.composition import Facts, Parts
+from node_model.device import Cia301Device
+from node_model.drive.axis import Axis
+from node_model.drive.profile import Profile
+from node_model.drive.sheet import entries_of
+from node_model.nmt import NmtCommand
+from node_model.node import Frames
 
-_RECORD = struct.Struct("<BIH")
-"""Node id, bit rate and heartbeat time in memory."""
+
+@dataclass(frozen=True, slots=True)
+class DriveParts(Parts):
+    """The classes a drive is made of."""
+
+    axis: type[Axis] = Axis
 
 
-def entries(factory: Factory) -> list[Entry]:
-    """The objects of the drive, with the values that it leaves the factory with."""
-    objects = (
-        (0x1000, 0, "Device type", DataType.UNSIGNED32, Access.RO, 0x0002_0192),
-        (0x1001, 0, "Error register", DataType.UNSIGNED8, Access.RO, 0),
-        (
-            0x1017,
-            0,
-            "Producer heartbeat time",
-            DataType.UNSIGNED16,
-            Access.RW,
-            factory.heartbeat_ms,
-        ),
+def facts_of(profile: Profile) -> Facts:
+    """What a drive with that profile is."""
+    return Facts(
+        profile.name,
+        profile.factory.node_id,
+        profile.factory.bit_rate,
+        partial(entries_of, profile.eds),
+        window_unit_ns=profile.window_unit_ns,
+        faults=profile.faults,
     )
-    return [
-        Entry(index, sub, name, kind, access, kind.pack(value), kind.pack(value))
-        for index, sub, name, kind, access, value in objects
-    ]
-
-
-def record_of(factory: Factory) -> bytes:
-    """What the memory of a drive with these settings holds."""
-    return _RECORD.pack(*astuple(factory))
 
 
 class Drive(Cia301Device):
@@ -49,26 +42,57 @@ class Drive(Cia301Device):
         parts: the classes it is made of.
     """
 
-    def __init__(self, profile: Profile, image: bytes = b"", parts: Parts | None = None) -> None:
-        self.profile = profile
-        self.faults = tuple(profile.faults)
-        self._active: frozenset[str] = frozenset()
-        store = RecordStore(_RECORD.size, image)
-        record = store.load()
-        self.factory = Factory(*_RECORD.unpack(record)) if record else profile.factory
-        super().__init__(profile.name, self.factory.node_id, self.factory.bit_rate, parts)
-        self._memory = bytes(store.memory)
+    def __init__(
+        self, profile: Profile, image: bytes = b"", parts: DriveParts | None = None
+    ) -> None:
+        parts = parts or DriveParts()
+        self.axis = parts.axis(profile, self.tell)
+        super().__init__(facts_of(profile), image, parts)
 
-    def entries(self, node_id: int) -> list[Entry]:  # noqa: ARG002 - COB-IDs follow it
-        """Its objects."""
-        return entries(self.factory)
+    def compose(self, image: bytes) -> None:
+        """The axis works on the same objects."""
+        super().compose(image)
+        self.axis.attach(self.od)
 
-    def image(self) -> bytes:
-        """Content of its memory."""
-        return self._memory
+    def tell(self, index: int, sub: int, now: int) -> None:
+        """The axis has changed an object: PDOs may carry it."""
+        self.services.pdo.written(index, sub, now)
 
-    def fail(self, active: frozenset[str], now: int) -> Frames:  # noqa: ARG002 - a verb
-        """From `now` on exactly these errors exist."""
-        refuse_strangers("fault", active, self.faults, self.name)
-        self._active = active
-        return NOTHING
+    def power_on(self, now: int) -> Frames:
+        """The axis stands still, disabled."""
+        if not self.powered:
+            frames = super().power_on(now)
+            self.axis.reset(now)
+            return frames
+        return super().power_on(now)
+
+    def reset(self, command: NmtCommand, now: int) -> Frames:
+        """Reset node ends a motion, reset communication does not."""
+        frames = super().reset(command, now)
+        if command is NmtCommand.RESET_NODE:
+            self.axis.reset(now)
+        return frames
+
+    def before(self, now: int) -> None:
+        """The position is as it is now."""
+        self.axis.update(now)
+
+    def applied(self, index: int, sub: int, now: int) -> None:
+        """An RPDO has written an object of the axis."""
+        self.axis.written(index, sub, now)
+
+    def report(self, now: int) -> Frames:
+        """Errors that went meanwhile are no errors of the axis any more."""
+        for name in self.axis.codes.keys() - self.active:
+            self.axis.heal(name)
+        return super().report(now)
+
+    def occur(self, name: str, now: int) -> Frames:
+        """The axis stops; then the error is told."""
+        self.axis.fail(name, self.facts.faults[name].code, now)
+        return super().occur(name, now)
+
+    def heal(self, name: str, now: int) -> Frames:
+        """The axis can be started again, once the fault is acknowledged."""
+        self.axis.heal(name)
+        return super().heal(name, now)
