@@ -140,6 +140,12 @@ def _check(words: Sequence[str]) -> int:
     return commands.check(Parser("nodeproof check"), words)
 
 
+def _export(words: Sequence[str]) -> int:
+    from hil_tests.reporting import export  # noqa: PLC0415
+
+    return export.run(Parser("nodeproof export"), words)
+
+
 def _mutants(words: Sequence[str]) -> int:
     from hil_tests.run.catalogue import mutant_table  # noqa: PLC0415
 
@@ -238,6 +244,7 @@ COMMANDS: Mapping[str, tuple[str, Callable[[Sequence[str]], int]]] = {
     "play": ("play one scenario on the model, and show every frame", _play),
     "distil": ("find a small set of scenarios that shows every faulty model", _distil),
     "report": ("make the report of a run again", _report),
+    "export": ("write recordings as candump log, BLF, ASC or pcapng", _export),
     "requirements": ("list the requirements that a device is judged by", _requirements),
 }
 """Name -> text for people, what to do."""

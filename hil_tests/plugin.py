@@ -186,7 +186,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
     if run is None or not stash.is_ours(item) or "bench" not in getattr(item, "fixturenames", ()):
         return (yield)
     is_property = stash.is_property(item)
-    run.begin(item.nodeid, keep_trace=not is_property)
+    run.begin(item.nodeid, stash.claimed(item), keep_trace=not is_property)
     error: BaseException | None = None
     try:
         yield
@@ -195,7 +195,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
     ends_with = run.end(error, next(iter(stash.claimed(item)), ""))
     if ends_with is not None:
         if is_property:
-            run.keep_last_example(item.nodeid)
+            run.keep_last_example()
         raise ends_with
     return None
 

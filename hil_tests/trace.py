@@ -41,8 +41,9 @@ class Sighting(NamedTuple):
 class Moment:
     """Something that the bench did to the device: it took effect somewhere in an interval.
 
-    `what` is one of the verbs "power", "keys", "bitrate", "send", "mark"; `detail` is
-    plain data that describes it completely, so that a recording can be judged again.
+    `what` is a verb: "power", "keys", "bitrate", "leds" and whatever else `bench.chronicle`
+    lists; `detail` is plain data that describes it completely, so that a recording can be
+    judged again.
     """
 
     what: str
@@ -103,6 +104,15 @@ class BusEvent:
     lost: int = 0
 
 
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A note of the judge at an instant of the trace, e.g. a verdict."""
+
+    at: int
+    text: str
+    data: Mapping[str, object] = field(default_factory=dict)
+
+
 Entry = Sighting | Moment | BusEvent
 
 
@@ -113,7 +123,7 @@ _IDENTIFIER = (1 << 30) - 1
 class Sink(Protocol):
     """Where a trace is written as it comes; see reporting for the pcapng one."""
 
-    def write(self, entry: Entry) -> None:
+    def write(self, entry: Entry | Mark) -> None:
         """Store one entry; after this call a killed process has not lost it."""
 
 
@@ -174,6 +184,11 @@ class Trace:
         self._places.append(len(self._at))
         for sink in self._sinks:
             sink.write(entry)
+
+    def remark(self, mark: Mark) -> None:
+        """A note of the judge goes to the sinks, in its place; the record itself is without."""
+        for sink in self._sinks:
+            sink.write(mark)
 
     def frame(self, index: int) -> Sighting:
         """The frame with that index (negative ones count from the end)."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from hil_tests.bench import chronicle
 from hil_tests.bench.judging import JudgingBench
 from hil_tests.bench.terms import lacking
 from hil_tests.config import Setup
@@ -109,6 +110,24 @@ class Bench(JudgingBench):
         """The device was heard in this run (or is virtual): its cable and supply are right."""
         return self.stage.virtual or self.heard_at_all or self.was_heard()
 
+    def renewed(self, parameters: Setup, *, off: bool, until: int | None = None) -> None:
+        """The device is now set to `parameters`: a new watch begins.
+
+        Args:
+            parameters: its new ones.
+            off: it has no power.
+            until: when the one before was last there; None = now.
+        """
+        self.parameters = parameters
+        now = self.now()
+        began_at = now if until is None else until
+        self.trace.note(chronicle.renewal(began_at, now, parameters, off=off))
+        self._close_watch(off=off, until=until)
+
+    def forget(self) -> None:
+        """What the device is set to is no longer known."""
+        self.parameters = None
+
     def tolerate_missing_boot_up(self) -> None:
         """From here on the device may do what the source leaves open: no monitor judges it."""
         known, self.parameters = self.parameters, None
@@ -142,6 +161,19 @@ class Bench(JudgingBench):
 
     # Load.
 
+    def load(self, frames: Sequence[Frame], share_ppm: int) -> bool:
+        """Load the bus from another station; False where this bench cannot."""
+        if not self.stage.load(frames, share_ppm):
+            return False
+        self.trace.note(chronicle.loading(self.now(), frames, share_ppm))
+        self.watch.admit(frozenset(frame.can_id for frame in frames))
+        return True
+
+    def end_load(self) -> None:
+        """The loading station falls silent."""
+        self.stage.end_load()
+        self.trace.note(Moment("unload", self.now(), self.now()))
+
     def needs_timed_wire(self, why: str) -> None:
         """Raise NotRun on a wire without arbitration and bit times."""
         if not self.stage.port.timed:
@@ -164,6 +196,7 @@ class Bench(JudgingBench):
         """
         if not self.stage.disturb():
             raise NotRun(f"bench {self.stage.name!r} cannot put error frames on the bus")
+        self.trace.note(Moment("disturb", self.now(), self.now()))
 
     def needs_facilities(self, names: Sequence[str]) -> None:
         """Raise NotRun where the bench has not all of these."""

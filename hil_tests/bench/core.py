@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from heapq import heappop, heappush
 from typing import TYPE_CHECKING, TypeVar
 
+from hil_tests.bench import chronicle
 from hil_tests.bench.action import Action
 from hil_tests.bench.census import Census
 from hil_tests.bench.facilities import BitRate, Keys, Leds, Power
@@ -20,7 +21,7 @@ from hil_tests.bench.stage import Stage
 from hil_tests.bench.terms import When, interval_of
 from hil_tests.bus.port import BurstPort
 from hil_tests.clock import FOREVER, MS, Interval, show_span
-from hil_tests.errors import BenchError
+from hil_tests.errors import BenchError, FrameNotCarried
 from hil_tests.judge.causal import Lateness, Seen
 from hil_tests.judge.cobs import State
 from hil_tests.judge.expected import Expected
@@ -85,6 +86,8 @@ class BenchCore:
         self.keys: Keys | None = None
         self.leds: Leds | None = None
         self.bitrate = BitRate(self, stage.bitrate) if stage.bitrate else None
+        self.opening = chronicle.opening(self)
+        """How the bench stood when the test, or the example of a property, began."""
 
     # What it knows.
 
@@ -133,6 +136,7 @@ class BenchCore:
         self.verdicts = []
         self._found = []
         self._began_at = self.now()
+        self.opening = chronicle.opening(self)
         self.watch = self._new_watch(off=False)
         self.rates = [(0, self.watch.clock.bit_ns)]
 
@@ -284,6 +288,8 @@ class BenchCore:
             return True
         # A wait for an instant that was past already is no stall.
         late_ns = now - max(until, began_at)
+        if late_ns > 0 and until > began_at and not also:
+            self.trace.note(Moment("wait", until, now))
         if late_ns > STALL_NS and not also:
             self._stalled(now, late_ns)
         return False
@@ -331,8 +337,11 @@ class BenchCore:
             count = len(self.trace)
             told_at = self.now()
             assert health is not None
-            for due, sent in self.carry_out(health.late()):
+            pairs = self.carry_out(health.late())
+            for due, sent in pairs:
                 self.lateness.add(due, sent)
+            if pairs:
+                self.trace.note(chronicle.lateness(told_at, self.now(), pairs))
             self._told_at = told_at
             self.drain()
             if len(self.trace) == count:
@@ -344,24 +353,18 @@ class BenchCore:
 
     def post(self, frame: Frame) -> None:
         """Queue a frame without waiting for the bus."""
-        self.stage.port.send(frame)
-
-    def load(self, frames: Sequence[Frame], share_ppm: int) -> bool:
-        """Load the bus from another station; False where this bench cannot."""
-        if not self.stage.load(frames, share_ppm):
-            return False
-        self.watch.admit(frozenset(frame.can_id for frame in frames))
-        return True
-
-    def end_load(self) -> None:
-        """The loading station falls silent."""
-        self.stage.end_load()
+        try:
+            self.stage.port.send(frame)
+        except FrameNotCarried:
+            self.trace.note(Moment("refused", self.now(), self.now(), {"frame": str(frame)}))
+            raise
 
     # What was measured.
 
     def record(self, verdict: Verdict) -> Verdict:
         """Keep a verdict for the results."""
         self.verdicts.append(verdict)
+        self.trace.remark(chronicle.mark_of(verdict, self.now()))
         return verdict
 
     def when(self, thing: When) -> Interval:
@@ -374,21 +377,6 @@ class BenchCore:
                 self.settle()
             return self.lateness.widen(thing)
         return interval_of(thing)
-
-    def renewed(self, parameters: Setup, *, off: bool, until: int | None = None) -> None:
-        """The device is now set to `parameters`: a new watch begins.
-
-        Args:
-            parameters: its new ones.
-            off: it has no power.
-            until: when the one before was last there; None = now.
-        """
-        self.parameters = parameters
-        self._close_watch(off=off, until=until)
-
-    def forget(self) -> None:
-        """What the device is set to is no longer known."""
-        self.parameters = None
 
     def close(self) -> None:
         """Leave the bus and the bench as they were found."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from hil_tests.bench import chronicle
 from hil_tests.bench.action import (
     BitRateDriver,
     KeysDriver,
@@ -52,6 +53,15 @@ class Power:
         moment = bench.note(Moment("power", when.earliest, when.latest, {"on": False}))
         bench.wait(bench.watch.expected.fade_ns)
         return moment
+
+    def standing(self) -> dict[str, object]:
+        """Whether it is on, and since when it is off; None = not known."""
+        return {"on": self.is_on, "off_since": self._off_since}
+
+    def stand(self, is_on: bool | None, off_since: int | None) -> None:
+        """A recording begins here: so it stood."""
+        self.is_on = is_on
+        self._off_since = off_since
 
     def forget(self) -> None:
         """Another device is there now, without power and free to be switched on."""
@@ -154,7 +164,9 @@ class Leds:
 
     def watch(self, for_ns: int) -> LedEdges:
         """Every change of light in the coming span."""
-        return self._bench.carry_out(self._driver.watch(for_ns))
+        edges = self._bench.carry_out(self._driver.watch(for_ns))
+        self._bench.note(chronicle.lights(edges))
+        return edges
 
 
 class BitRate:

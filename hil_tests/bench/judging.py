@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import NoReturn
 
+from hil_tests.bench import chronicle
 from hil_tests.bench.core import BenchCore
 from hil_tests.bench.terms import When, interval_of
 from hil_tests.clock import MS, Interval, S, show_span
@@ -173,6 +174,7 @@ class JudgingBench(BenchCore):
             InconclusiveResult: the doubt straddles a limit.
         """
         limits = within if isinstance(within, Limits) else Limits(at_most_ns=within)
+        self._await(f"expects {matcher} after {_name(after)}", after, limits, requirement)
         bound = interval_of(after).latest + limits.at_most_ns
         seen = self.first(matcher, after, bound + LOOK_ON_NS) or self._late(matcher, after, bound)
         if seen is None:
@@ -181,6 +183,11 @@ class JudgingBench(BenchCore):
         text = f"{matcher} after {_name(after)}"
         self.measure(measured, limits, text, requirement=requirement, since=after)
         return seen
+
+    def _await(self, text: str, after: When, limits: Limits, requirement: str) -> None:
+        """Note in the record what is waited for, and from when its time counts."""
+        since = interval_of(after)
+        self.trace.remark(chronicle.expectation(self.now(), text, since, limits, requirement))
 
     def _late(self, matcher: Matcher, after: When, bound: int) -> Seen | None:
         """A frame that a busy bus or a stalled host has kept back."""
@@ -213,6 +220,8 @@ class JudgingBench(BenchCore):
         """
         since = interval_of(after)
         end = since.latest + for_ns
+        text = f"expects no {matcher} after {_name(after)}"
+        self._await(text, after, Limits(at_most_ns=for_ns), requirement)
         self.wait_until(end)
         self.settle()
         found = [

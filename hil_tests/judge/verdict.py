@@ -47,6 +47,13 @@ class Limits:
             return Outcome.PASS
         return Outcome.INCONCLUSIVE
 
+    @property
+    def ends(self) -> tuple[int | None, int | None]:
+        """At least and at most, in ns; None = no limit on that side."""
+        low = None if self.at_least_ns <= -FOREVER else self.at_least_ns
+        high = None if self.at_most_ns >= FOREVER else self.at_most_ns
+        return low, high
+
     def __str__(self) -> str:
         if self.at_least_ns == -FOREVER:
             return f"at most {show_span(self.at_most_ns)}"

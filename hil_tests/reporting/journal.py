@@ -11,10 +11,9 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, field
 
 from hil_tests.clock import show_span
-from hil_tests.trace import BusEvent, EventKind, Moment
+from hil_tests.trace import BusEvent, EventKind, Mark, Moment
 
 INTERFACE = "nodeproof journal/1"
 """Name of the interface; the number rises when its JSON can no longer be read as before."""
@@ -23,15 +22,6 @@ _TAG_END = 0
 _TAG_DISSECTOR = 12
 _TAG_COLUMN = 33
 _TEXT_LIMIT = 2000
-
-
-@dataclass(frozen=True, slots=True)
-class Mark:
-    """A note of the judge at an instant of the trace, e.g. a verdict."""
-
-    at: int
-    text: str
-    data: Mapping[str, object] = field(default_factory=dict)
 
 
 Note = Moment | BusEvent | Mark

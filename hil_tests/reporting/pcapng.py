@@ -9,8 +9,9 @@ by how much.
 
 from __future__ import annotations
 
+import errno
 import struct
-from collections.abc import Mapping
+from io import FileIO
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -18,14 +19,13 @@ from typing import Self
 from hil_tests.errors import BenchError
 from hil_tests.reporting import journal
 from hil_tests.reporting import pcapng_layout as layout
-from hil_tests.reporting.journal import Mark
+from hil_tests.reporting.mapped import MappedFile
 from hil_tests.reporting.pcapng_reader import read_pcapng
-from hil_tests.trace import Entry, Sighting
+from hil_tests.trace import Entry, Mark, Sighting
 
-__all__ = ["Mark", "PcapngSink", "read_pcapng"]
+__all__ = ["PcapngSink", "read_pcapng"]
 
 _JOURNAL_TEXT = "what the bench did and saw, and verdicts"
-_BUFFER_BYTES = 1 << 18
 _MOST_INTERFACES = 16
 """A port knows a few doubts; one interface for each costs a frame nothing."""
 
@@ -58,6 +58,17 @@ def _identifier(head: int) -> int:
     return word | layout.CAN_REMOTE if head >> 30 & 1 else word
 
 
+def _open(path: Path, flush: bool) -> MappedFile | FileIO:
+    """The file; one that cannot be mapped is written piece by piece in any case."""
+    if not flush:
+        try:
+            return MappedFile(path)
+        except OSError as error:
+            if error.errno not in {errno.ENODEV, errno.EOPNOTSUPP, errno.EINVAL}:
+                raise
+    return path.open("wb", buffering=0)
+
+
 class PcapngSink:
     """Writes a trace as it comes.
 
@@ -65,8 +76,9 @@ class PcapngSink:
         path: the file; an old one is overwritten.
         interface: name of the CAN interface, e.g. "vcan0".
         clock: which clock stamps the frames, for people.
-        flush: hand each entry to the operating system at once, so that a killed process
-            loses nothing; else up to 256 KiB wait in memory until `close`.
+        flush: hand each entry to the operating system by itself, as a live reader of the file
+            wants it; else it goes through shared memory, which is quick. A killed process
+            loses nothing either way.
 
     Raises:
         BenchError: the file cannot be written.
@@ -76,10 +88,9 @@ class PcapngSink:
         self.path = path
         self._name = interface
         self._clock = clock
-        self._flush = flush
         self._places = {0: _NO_DOUBT}
         try:
-            self._file = path.open("wb", buffering=0 if flush else _BUFFER_BYTES)
+            self._file = _open(path, flush)
         except OSError as error:
             raise self._lost(error) from error
         try:
@@ -103,8 +114,8 @@ class PcapngSink:
     ) -> None:
         self.close()
 
-    def write(self, entry: Entry) -> None:
-        """Store one entry.
+    def write(self, entry: Entry | Mark) -> None:
+        """Store one entry, or a note of the judge.
 
         Raises:
             BenchError: the disk is full, or gone.
@@ -131,10 +142,6 @@ class PcapngSink:
             _FLAGS_OPTION, _OUT if own else _IN, 0, size,
         )  # fmt: skip
         self._put(block)
-
-    def mark(self, at: int, text: str, data: Mapping[str, object]) -> None:
-        """Store a note of the judge, e.g. a verdict, at an instant of the trace."""
-        self._note(Mark(at, text, data))
 
     def close(self) -> None:
         """Hand over what is in memory; a second call does nothing."""

@@ -17,7 +17,7 @@ from typing import BinaryIO
 from hil_tests.reporting import journal
 from hil_tests.reporting import pcapng_layout as layout
 from hil_tests.reporting.files import RecordUnreadable
-from hil_tests.trace import BusEvent, Entry, EventKind, Moment, Sighting
+from hil_tests.trace import BusEvent, Entry, EventKind, Mark, Moment, Sighting
 from node_model.frame import Frame
 
 _PICO_DIGITS = 12
@@ -109,7 +109,7 @@ class _Section:
             )
         )
 
-    def packet(self, body: bytes) -> Entry | journal.Mark | None:
+    def packet(self, body: bytes) -> Entry | Mark | None:
         """An enhanced packet; None where it is nothing of ours."""
         if len(body) < 20:
             raise _Damaged("is too short for a packet")
@@ -152,7 +152,7 @@ class _Section:
         return doubt_ns, own
 
 
-def read_pcapng(path: Path) -> Iterator[Entry | journal.Mark]:
+def read_pcapng(path: Path) -> Iterator[Entry | Mark]:
     """Everything a recording holds, in the order of the file.
 
     Frames of other programs' SocketCAN captures are read too; other packets are skipped.
@@ -175,7 +175,7 @@ def read_pcapng(path: Path) -> Iterator[Entry | journal.Mark]:
         yield BusEvent(EventKind.GAP, at, str(broke))
 
 
-def _entries(file: BinaryIO, path: Path) -> Iterator[Entry | journal.Mark]:
+def _entries(file: BinaryIO, path: Path) -> Iterator[Entry | Mark]:
     section: _Section | None = None
     offset = 0
     while True:
@@ -198,7 +198,7 @@ def _entries(file: BinaryIO, path: Path) -> Iterator[Entry | journal.Mark]:
 
 def _block(
     file: BinaryIO, head: bytes, section: _Section | None
-) -> tuple[_Section, Entry | journal.Mark | None, int]:
+) -> tuple[_Section, Entry | Mark | None, int]:
     """The block that begins with `head`: section from here on, what it holds, its length."""
     new = _new_section(head)
     section = new or section
@@ -244,7 +244,7 @@ def _only_zeros(file: BinaryIO) -> bool:
     return True
 
 
-def _note(packet: bytes) -> Entry | journal.Mark:
+def _note(packet: bytes) -> Entry | Mark:
     try:
         return journal.unpack(packet)
     except ValueError as error:

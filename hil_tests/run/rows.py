@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hil_tests.clock import FOREVER
 from hil_tests.reporting.rows import TestResult, TraceFile, VerdictRow
 from hil_tests.requirements import LENIENT, Requirement
 from hil_tests.run import outcome
@@ -15,7 +14,7 @@ from hil_tests.run.header import sha256_of
 
 if TYPE_CHECKING:
     from hil_tests.bench.bench import Bench
-    from hil_tests.judge.verdict import Limits, Verdict
+    from hil_tests.judge.verdict import Verdict
 
 _INTERMISSION = 3
 """Bits between two frames, CiA 301's physical layer: ISO 11898-1."""
@@ -117,16 +116,10 @@ def _row(verdict: Verdict, requirement: str, found: str) -> VerdictRow:
         outcome=found,
         what=verdict.text,
         measured_ns=(measured.earliest, measured.latest) if measured else None,
-        limits_ns=_limits(verdict.limits) if verdict.limits else None,
+        limits_ns=verdict.limits.ends if verdict.limits else None,
         text=str(verdict),
         at=verdict.at,
     )
-
-
-def _limits(limits: Limits) -> tuple[int | None, int | None]:
-    low = None if limits.at_least_ns <= -FOREVER else limits.at_least_ns
-    high = None if limits.at_most_ns >= FOREVER else limits.at_most_ns
-    return low, high
 
 
 def result_of(

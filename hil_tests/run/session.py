@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hil_tests.bench.chronicle import mark_of
 from hil_tests.errors import BenchError
 from hil_tests.reporting.pcapng import PcapngSink
 from hil_tests.reporting.results import COMPLETE, INTERRUPTED, ResultsFile
@@ -19,6 +20,7 @@ from hil_tests.run import outcome, rows
 from hil_tests.run.header import header
 from hil_tests.run.options import OPTIONS
 from hil_tests.run.rows import Ending
+from hil_tests.trace import Moment
 
 if TYPE_CHECKING:
     from hil_tests.bench.bench import Bench
@@ -29,6 +31,8 @@ if TYPE_CHECKING:
 BROKEN = "the bench is broken"
 _STOPPED = {2, 3}
 """Exit statuses of pytest: somebody stopped it, or it broke."""
+TOLD_SETTINGS = ("can_profile", "can_mutant", "can_seed", "can_strict")
+"""What a verdict depends on besides the record."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +82,10 @@ class Run:
         """What was written for people, for the closing lines."""
         self._bench: Bench | None = None
         self._sink: PcapngSink | None = None
+        self._test = ""
+        self._claims: tuple[str, ...] = ()
+        self._ended_at = 0
+        """Up to here the test under way, or the last one, looked at the bus."""
         self._before = rows.reading(None)
         self._started = started
         self._results: ResultsFile | None = None
@@ -121,21 +129,34 @@ class Run:
 
     # A test.
 
-    def begin(self, test: str, *, keep_trace: bool) -> None:
+    def begin(self, test: str, claims: Sequence[str], *, keep_trace: bool) -> None:
         """A test begins; with `keep_trace` its record is written as it comes."""
         bench = self.bench
-        self._sink = self._new_sink(test, "") if keep_trace else None
+        self._test, self._claims = test, tuple(claims)
+        self._sink = self._new_sink("") if keep_trace else None
         self._before = rows.reading(bench)
         if self._results is not None:
             trace = self.folder.relative(self._sink.path) if self._sink else None
             self._try(partial(self._results.begin, test, trace))
         bench.begin(*([self._sink] if self._sink else []))
+        self._ended_at = bench.now()
+        if self._sink:
+            self._sink.write(self._opening(bench))
 
-    def _new_sink(self, test: str, part: str) -> PcapngSink:
+    def _new_sink(self, part: str) -> PcapngSink:
         port = self.bench.stage.port
-        path = self.folder.trace_path(test, part)
+        path = self.folder.trace_path(self._test, part)
         flush = not self.plan.virtual
         return PcapngSink(path, interface=port.name, clock=port.clock, flush=flush)
+
+    def _opening(self, bench: Bench) -> Moment:
+        """What the record of a test begins with: how the bench stands, and what is judged."""
+        told = {
+            "test": self._test,
+            "requirements": list(self._claims),
+            "settings": {key: self.plan.settings[key] for key in TOLD_SETTINGS},
+        }
+        return replace(bench.opening, detail={**bench.opening.detail, **told})
 
     def end(self, error: BaseException | None, claimed: str) -> BaseException | None:
         """A test's body has ended with `error`; what it ends with, monitors included."""
@@ -150,6 +171,7 @@ class Run:
             error = error if outcome.is_bench_error(error) else broken
         for verdict in found:
             bench.record(verdict)
+        self._ended_at = bench.now()
         strict = bool(self.plan.settings["can_strict"])
         ends_with = outcome.ends_with(error, found, claimed, self.plan.requirements, strict)
         if isinstance(ends_with, BenchError):
@@ -166,30 +188,32 @@ class Run:
             return cause
         return error
 
-    def keep(self) -> TraceFile | None:
+    def keep(self, came_of_it: str = INTERRUPTED, text: str = "") -> TraceFile | None:
         """Close the record of the test; None = there is none."""
         sink, bench = self._sink, self._bench
         if sink is None or bench is None:
             return None
         self._sink = None
+        end, detail = self._ended_at, {"outcome": came_of_it, "text": text}
         try:
-            for verdict in bench.verdicts:
-                at = verdict.at if verdict.at is not None else 0
-                sink.mark(at, str(verdict), {"outcome": verdict.outcome.value})
+            sink.write(Moment("end", end, end, detail))
             sink.close()
         except BenchError as error:
             self._problem(error)
         return rows.trace_file(sink.path, self.folder.relative(sink.path), len(bench.trace))
 
-    def keep_last_example(self, test: str) -> None:
+    def keep_last_example(self) -> None:
         """Write the record in memory: the last example of a property that failed."""
         bench = self._bench
         if bench is None or self._sink is not None:
             return
         try:
-            self._sink = self._new_sink(test, "shrunk")
+            self._sink = self._new_sink("shrunk")
+            self._sink.write(self._opening(bench))
             for entry in bench.trace.entries():
                 self._sink.write(entry)
+            for verdict in bench.verdicts:
+                self._sink.write(mark_of(verdict, self._ended_at))
         except BenchError as error:
             self._problem(error)
 
@@ -197,7 +221,7 @@ class Run:
         """Write the result of a test; the path of its record, "" = none."""
         bench = self._bench
         verdicts = list(bench.verdicts) if bench else []
-        trace = self.keep()
+        trace = self.keep(ending.outcome, ending.text)
         self.outcomes[ending.test] = ending.outcome
         self.verdicts.extend(verdicts)
         after = rows.reading(bench)

@@ -10,9 +10,9 @@ import pytest
 from hil_tests.reporting import journal
 from hil_tests.reporting import pcapng_layout as layout
 from hil_tests.reporting.files import RecordUnreadable
-from hil_tests.reporting.journal import Mark, describe, pack, unpack
+from hil_tests.reporting.journal import describe, pack, unpack
 from hil_tests.reporting.pcapng import read_pcapng
-from hil_tests.trace import BusEvent, EventKind, Moment
+from hil_tests.trace import BusEvent, EventKind, Mark, Moment
 
 GOOD = pack(Mark(1, "x"))
 PREFIX = GOOD[: GOOD.index(b"{")]

@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from hil_tests.errors import BenchError
 from hil_tests.reporting import pcapng_layout as layout
 from hil_tests.reporting.files import RecordUnreadable
-from hil_tests.reporting.pcapng import Mark, PcapngSink, read_pcapng
-from hil_tests.trace import BusEvent, Entry, EventKind, Moment, Sighting, Trace
+from hil_tests.reporting.pcapng import PcapngSink, read_pcapng
+from hil_tests.trace import BusEvent, Entry, EventKind, Mark, Moment, Sighting, Trace
 from node_model.frame import MAX_BASE_ID, MAX_EXTENDED_ID, Frame
 
 INT64 = (1 << 63) - 1
@@ -96,7 +96,7 @@ def test_a_verdict_mark_keeps_its_text_and_data(tmp_path: Path) -> None:
     """What the judge notes can be read again."""
     path = tmp_path / "t.pcapng"
     with PcapngSink(path, interface="vcan0", clock="virtual time", flush=False) as sink:
-        sink.mark(42, "HB-01 passed", {"measured_ns": [99, 101]})
+        sink.write(Mark(42, "HB-01 passed", {"measured_ns": [99, 101]}))
     assert list(read_pcapng(path)) == [Mark(42, "HB-01 passed", {"measured_ns": [99, 101]})]
 
 
@@ -126,8 +126,9 @@ def test_a_detail_that_is_no_plain_data_is_refused_by_name(tmp_path: Path) -> No
         record(tmp_path / "t.pcapng", Moment("mark", 0, 0, {"where": Path("x")}))
 
 
-def test_a_killed_process_has_lost_nothing(tmp_path: Path) -> None:
-    """With `flush` each entry is with the operating system when `write` returns."""
+@pytest.mark.parametrize("flush", [True, False])
+def test_a_killed_process_has_lost_nothing(tmp_path: Path, flush: bool) -> None:
+    """Each entry is with the operating system when `write` returns."""
     path = tmp_path / "t.pcapng"
     program = textwrap.dedent(f"""
         import os, signal
@@ -135,7 +136,7 @@ def test_a_killed_process_has_lost_nothing(tmp_path: Path) -> None:
         from hil_tests.reporting.pcapng import PcapngSink
         from hil_tests.trace import Sighting
         from node_model.frame import Frame
-        sink = PcapngSink(Path({str(path)!r}), interface="v", clock="c", flush=True)
+        sink = PcapngSink(Path({str(path)!r}), interface="v", clock="c", flush={flush})
         for i in range(100):
             sink.write(Sighting(Frame(0x705, b"\\5"), i))
         os.kill(os.getpid(), signal.SIGKILL)
@@ -316,6 +317,30 @@ def test_a_full_disk_is_an_error_of_the_bench(flush: bool) -> None:
     """What could not be stored is never silently lost."""
     with pytest.raises(BenchError, match="No space left"):
         record(Path("/dev/full"), *SAMPLE, flush=flush)
+
+
+def test_a_disk_that_fills_up_is_an_error_and_no_signal(tmp_path: Path) -> None:
+    """A mapped file takes its room before it uses it: no access to memory that is not there."""
+    path = tmp_path / "t.pcapng"
+    program = textwrap.dedent(f"""
+        import resource
+        from pathlib import Path
+        from hil_tests.errors import BenchError
+        from hil_tests.reporting.pcapng import PcapngSink
+        from hil_tests.trace import Sighting
+        from node_model.frame import Frame
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+        sink = PcapngSink(Path({str(path)!r}), interface="v", clock="c", flush=False)
+        try:
+            for i in range(10_000):
+                sink.write(Sighting(Frame(0x705, b"\5"), i))
+        except BenchError as error:
+            print(error)
+    """)
+    done = subprocess.run([sys.executable, "-c", program], check=False, capture_output=True)
+    assert done.returncode == 0, done.stderr
+    assert b"File too large; make room there" in done.stdout
+    assert sum(isinstance(entry, Sighting) for entry in read_pcapng(path)) > 1000
 
 
 def test_a_recording_can_be_read_while_it_grows(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from hil_tests.reporting.pcapng import PcapngSink
-from hil_tests.trace import BusEvent, EventKind, Moment, Sighting
+from hil_tests.trace import BusEvent, EventKind, Mark, Moment, Sighting
 from node_model.frame import Frame
 
 pytestmark = [
@@ -28,7 +28,7 @@ def _recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
         sink.write(BusEvent(EventKind.GAP, 1_500_000_000, "ring is full", lost=7))
         for step in range(20):
             sink.write(Sighting(Frame(0x085, bytes(8)), 2_000_000_000 + step, step + 1))
-        sink.mark(3_000_000_000, "HB-01 failed", {"measured_ns": [99, 101]})
+        sink.write(Mark(3_000_000_000, "HB-01 failed", {"measured_ns": [99, 101]}))
         sink.write(Sighting(Frame(0x705, remote=True, dlc=1), 4_000_000_000, own=True))
     return path
 

@@ -15,6 +15,7 @@ import pytest
 from hil_tests.reporting.check import check_run
 from hil_tests.reporting.pcapng import read_pcapng
 from hil_tests.reporting.results_reader import load_results
+from hil_tests.trace import Moment
 from tests.drivers.peers import answer, scripted
 from tests.host.test_process import free_channel
 from tests.run.harness import (
@@ -77,6 +78,12 @@ def waiting(folder: Path, *options: str) -> Iterator[subprocess.Popen[str]]:
             process.kill()
 
 
+def verbs(run: Path, name: str) -> list[str]:
+    """What was done in a test, from its record."""
+    path = next(path for path in (run / "traces").iterdir() if name in path.name)
+    return [entry.what for entry in read_pcapng(path) if isinstance(entry, Moment)]
+
+
 def test_a_killed_run_leaves_valid_results_and_its_traces(tmp_path: Path) -> None:
     """After SIGKILL the results hold every test that had ended, and its record."""
     with waiting(tmp_path) as process:
@@ -92,6 +99,7 @@ def test_a_killed_run_leaves_valid_results_and_its_traces(tmp_path: Path) -> Non
     assert [result.outcome for result in found.results] == ["passed"]
     assert found.results[0].trace is not None
     assert list(read_pcapng(run / found.results[0].trace.path))
+    assert verbs(run, "middle") == ["begin", "power"]
 
 
 def test_a_killed_run_in_real_time_keeps_the_record_of_its_last_test(tmp_path: Path) -> None:
@@ -101,9 +109,7 @@ def test_a_killed_run_in_real_time_keeps_the_record_of_its_last_test(tmp_path: P
         with waiting(tmp_path, options) as process:
             process.kill()
             process.wait()
-    traces = list((tmp_path / "reports" / "latest" / "traces").iterdir())
-    middle = next(path for path in traces if "middle" in path.name)
-    assert [entry.what for entry in read_pcapng(middle)] == ["power"]  # type: ignore[union-attr]
+    assert verbs(tmp_path / "reports" / "latest", "middle")[:2] == ["begin", "power"]
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])

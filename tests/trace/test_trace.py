@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hil_tests.clock import Interval
-from hil_tests.trace import Burst, BusEvent, Entry, EventKind, Moment, Sighting, Trace
+from hil_tests.trace import Burst, BusEvent, Entry, EventKind, Mark, Moment, Sighting, Trace
 from node_model.frame import MAX_BASE_ID, MAX_EXTENDED_ID, Frame
 
 INT64 = (1 << 63) - 1
@@ -63,9 +63,9 @@ class Paper:
     """A sink that keeps what was written."""
 
     def __init__(self) -> None:
-        self.lines: list[Entry] = []
+        self.lines: list[Entry | Mark] = []
 
-    def write(self, entry: Entry) -> None:
+    def write(self, entry: Entry | Mark) -> None:
         """Keeps one entry."""
         self.lines.append(entry)
 

@@ -230,9 +230,15 @@ class Trials:
 class _Untraced(Run):
     """A run that writes no traces: nobody will look at them."""
 
-    def begin(self, test: str, *, keep_trace: bool) -> None:  # noqa: ARG002  kept by none
+    def begin(
+        self,
+        test: str,
+        claims: Sequence[str],
+        *,
+        keep_trace: bool,  # noqa: ARG002  kept by none
+    ) -> None:
         """A test begins."""
-        super().begin(test, keep_trace=False)
+        super().begin(test, claims, keep_trace=False)
 
 
 def _protocol(item: pytest.Item, after: pytest.Item | None) -> None:
