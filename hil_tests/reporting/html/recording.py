@@ -18,9 +18,8 @@ from hil_tests.clock import Interval
 from hil_tests.reporting import journal
 from hil_tests.reporting import pcapng_layout as layout
 from hil_tests.reporting.files import RecordUnreadable
-from hil_tests.reporting.journal import Mark
 from hil_tests.reporting.pcapng_reader import frame_of, read_pcapng
-from hil_tests.trace import BusEvent, Moment, Sighting
+from hil_tests.trace import BusEvent, Mark, Moment, Sighting
 from node_model.frame import Frame
 
 _BLOCK = struct.Struct(">IIIqI")

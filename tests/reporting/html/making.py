@@ -10,7 +10,7 @@ from typing import Any
 from hil_tests.clock import MS
 from hil_tests.reporting.pcapng import PcapngSink
 from hil_tests.reporting.results import ResultsFile, TestResult, TraceFile, VerdictRow
-from hil_tests.trace import BusEvent, EventKind, Moment, Sighting
+from hil_tests.trace import BusEvent, EventKind, Mark, Moment, Sighting
 from node_model.frame import Frame
 
 HOSTILE = "</script></style><img src=x onerror=\"alert('pwned')\"> {{ 7*7 }} \u2028 ]]> & \"'`"
@@ -78,7 +78,7 @@ def write_trace(path: Path, *rows: VerdictRow, doubt_ns: int = 0) -> Path:
         sink.write(Moment("keys", 200 * MS, 200 * MS, {"held": ["k3"]}))
         sink.write(Sighting(Frame(0x181, b"\x04\x00"), 260 * MS, doubt_ns))
         for row in rows:
-            sink.mark(row.at or 0, row.text, {"outcome": row.outcome})
+            sink.write(Mark(row.at or 0, row.text, {"outcome": row.outcome}))
     return path
 
 
