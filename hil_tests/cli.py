@@ -1,8 +1,8 @@
 """The `nodeproof` command: everything beside testing, which is pytest's.
 
 Each subcommand has a parser of its own and imports what it needs when it is used. Exit
-status: 0, or 11 where bench or bus is unavailable, or 4 (pytest's word) for wrong use; the
-subcommands `node` and `vcan` end as what they run ends.
+status: 0, or 1 where a file has errors, or 11 where bench or bus is unavailable, or 4
+(pytest's word) for wrong use; the subcommands `node` and `vcan` end as what they run ends.
 """
 
 from __future__ import annotations
@@ -146,6 +146,12 @@ def _export(words: Sequence[str]) -> int:
     return export.run(Parser("nodeproof export"), words)
 
 
+def _eds(words: Sequence[str]) -> int:
+    from hil_tests.eds import command  # noqa: PLC0415
+
+    return command.check(Parser("nodeproof eds"), words)
+
+
 def _mutants(words: Sequence[str]) -> int:
     from hil_tests.run.catalogue import mutant_table  # noqa: PLC0415
 
@@ -240,6 +246,7 @@ COMMANDS: Mapping[str, tuple[str, Callable[[Sequence[str]], int]]] = {
     "doctor": ("say what this machine, and the bench of a bench file, can do", _doctor),
     "check": ("hold a run's folder against its schema, its sums and its recordings", _check),
     "mutants": ("list the faulty models that can be put under test", _mutants),
+    "eds": ("say what is wrong with EDS and DCF files, line by line", _eds),
     "explore": ("play made-up scenarios on the model, on every core, for a time", _explore),
     "play": ("play one scenario on the model, and show every frame", _play),
     "distil": ("find a small set of scenarios that shows every faulty model", _distil),
