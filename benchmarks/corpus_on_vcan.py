@@ -22,7 +22,6 @@ from hil_tests.bench.keypad import KeypadBench
 from hil_tests.bus.choose import open_port
 from hil_tests.config import KeypadProfile, load_keypad
 from hil_tests.judge.verdict import NotRun, Outcome, Verdict
-from hil_tests.run.plan import ALL_FACILITIES
 from hil_tests.scenarios.corpus import Stored, is_timed, stored
 from hil_tests.scenarios.play import play
 from node_model.faults import MUTANTS, VARIANTS
@@ -43,7 +42,9 @@ def hosted(
         model = HostedModel(interface, channel, profile.path, name)
         leave.callback(model.close)
         session = real.open_session(stage, model.address, leave)
-        real.fit_control(stage, session, ALL_FACILITIES, list(profile.led_bits))
+        real.fit_control(
+            stage, session, ("power", "keys", "leds", "bitrate"), list(profile.led_bits)
+        )
         bench = KeypadBench(stage, profile, profile.factory)
         if bench.bitrate:
             bench.bitrate.set(stage.bit_rate)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from hil_tests.bench.bench import Bench
-from hil_tests.bench.facilities import BitRate, Keys, Leds, Power
+from hil_tests.bench.cia301 import Cia301Bench
+from hil_tests.bench.facilities import BitRate, Faults, Keys, Leds, Power
 from hil_tests.bench.judging import LOOK_ON_NS
 from hil_tests.bench.keypad import COMMISSIONING_RATE, KeypadBench, payload
 from hil_tests.bench.lss import Lss
@@ -15,7 +16,14 @@ from hil_tests.clients.sdo import Abort, Download, Upload
 from hil_tests.clients.sdo_block import BlockDownload, BlockUpload
 from hil_tests.clients.values import number, u8, u16, u32
 from hil_tests.clock import MS, Interval, S, exactly, show_span
-from hil_tests.config import ECHO_PERIOD_NS, DeviceProfile, KeypadProfile, Parameters
+from hil_tests.config import (
+    ECHO_PERIOD_NS,
+    Cia301Profile,
+    DeviceProfile,
+    DriveProfile,
+    KeypadProfile,
+    Parameters,
+)
 from hil_tests.errors import FrameNotCarried
 from hil_tests.judge import cobs, matchers
 from hil_tests.judge.causal import Seen
@@ -44,10 +52,14 @@ __all__ = [
     "BitRate",
     "BlockDownload",
     "BlockUpload",
+    "Cia301Bench",
+    "Cia301Profile",
     "DeviceFailure",
     "DeviceProfile",
     "Download",
+    "DriveProfile",
     "EventKind",
+    "Faults",
     "Frame",
     "FrameNotCarried",
     "Identity",

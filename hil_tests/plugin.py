@@ -15,7 +15,7 @@ from hil_tests.run import options, stash
 
 if TYPE_CHECKING:
     from hil_tests.bench.bench import Bench
-    from hil_tests.bench.facilities import BitRate, Keys, Leds, Power
+    from hil_tests.bench.facilities import BitRate, Faults, Keys, Leds, Power
     from hil_tests.bench.lss import Lss
     from hil_tests.bench.master import Master
     from hil_tests.bench.sdo import Sdo
@@ -125,6 +125,12 @@ def keys(bench: Bench) -> Keys:
 def leds(bench: Bench) -> Leds:
     """The LEDs of the device."""
     return _there(bench.leds, "Leds")
+
+
+@pytest.fixture(scope="session")
+def faults(bench: Bench) -> Faults:
+    """Errors that can be raised in the device."""
+    return _there(bench.faults, "Faults")
 
 
 @pytest.fixture(scope="session")

@@ -73,6 +73,13 @@ class KeysDriver(Protocol):
         """Sets of held keys at spans in ns from the first; one interval a step."""
 
 
+class FaultsDriver(Protocol):
+    """Raises errors in the device and heals them."""
+
+    def fail(self, active: frozenset[str]) -> Action[Interval]:
+        """From now on exactly these errors exist."""
+
+
 class LedsDriver(Protocol):
     """Looks at the LEDs of the device."""
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, TypeVar
 from hil_tests.bench import chronicle
 from hil_tests.bench.action import Action
 from hil_tests.bench.census import Census
-from hil_tests.bench.facilities import BitRate, Keys, Leds, Power
+from hil_tests.bench.facilities import BitRate, Faults, Keys, Leds, Power
 from hil_tests.bench.stage import Stage
 from hil_tests.bench.terms import When, interval_of
 from hil_tests.bus.port import BurstPort
@@ -85,6 +85,7 @@ class BenchCore:
         self.power = Power(self, stage.power) if stage.power else None
         self.keys: Keys | None = None
         self.leds: Leds | None = None
+        self.faults: Faults | None = None
         self.bitrate = BitRate(self, stage.bitrate) if stage.bitrate else None
         self.opening = chronicle.opening(self)
         """How the bench stood when the test, or the example of a property, began."""

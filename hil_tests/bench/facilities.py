@@ -1,4 +1,4 @@
-"""The facilities that tests ask for by name: power, keys, leds, bitrate.
+"""The facilities that tests ask for by name: power, keys, leds, faults, bitrate.
 
 Each carries out an action through its driver while the bus is read on, and puts what was
 done into the trace as a moment: the interval in which it took effect.
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from hil_tests.bench import chronicle
 from hil_tests.bench.action import (
     BitRateDriver,
+    FaultsDriver,
     KeysDriver,
     LedEdges,
     LedsDriver,
@@ -21,6 +22,7 @@ from hil_tests.trace import Moment
 
 if TYPE_CHECKING:
     from hil_tests.bench.core import BenchCore
+    from hil_tests.config import DeviceFault
 
 
 class Power:
@@ -134,6 +136,45 @@ class Keys:
             self._bench.wait_until(start + span_ns)
             moments.append(self.hold(*held))
         return moments
+
+
+class Faults:
+    """Errors in the device: what a bench can make fail, and make whole again."""
+
+    def __init__(
+        self, bench: BenchCore, driver: FaultsDriver, known: Mapping[str, DeviceFault]
+    ) -> None:
+        self._bench = bench
+        self._driver = driver
+        self.known = known
+        """Every error that can be raised, by name."""
+        self.active: frozenset[str] = frozenset()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All errors of the profile, in its order."""
+        return tuple(self.known)
+
+    def exactly(self, *names: str) -> Moment:
+        """From now on exactly these errors exist; all changes happen together."""
+        active = frozenset(names)
+        bench = self._bench
+        when = bench.carry_out(self._driver.fail(active))
+        self.active = active
+        detail = {"active": sorted(active)}
+        return bench.note(Moment("faults", when.earliest, when.latest, detail))
+
+    def occur(self, *names: str) -> Moment:
+        """These errors occur besides those that exist."""
+        return self.exactly(*(self.active | set(names)))
+
+    def heal(self, *names: str) -> Moment:
+        """These errors go; all, where none is named."""
+        return self.exactly(*(self.active - set(names) if names else ()))
+
+    def forget(self) -> None:
+        """Another device is there now, without an error."""
+        self.active = frozenset()
 
 
 class Leds:

@@ -3,9 +3,17 @@
 from __future__ import annotations
 
 from hil_tests.bench.bench import Bench
+from hil_tests.bench.cia301 import Cia301Bench
 from hil_tests.bench.keypad import KeypadBench
 from hil_tests.bench.stage import Stage
-from hil_tests.config import DeviceProfile, KeypadProfile, Parameters, Setup
+from hil_tests.config import (
+    Cia301Parameters,
+    Cia301Profile,
+    DeviceProfile,
+    KeypadProfile,
+    Parameters,
+    Setup,
+)
 
 
 def bench_for(stage: Stage, profile: DeviceProfile, setup: Setup | None) -> Bench:
@@ -19,4 +27,6 @@ def bench_for(stage: Stage, profile: DeviceProfile, setup: Setup | None) -> Benc
     if isinstance(profile, KeypadProfile):
         assert setup is None or isinstance(setup, Parameters)
         return KeypadBench(stage, profile, setup)
-    raise NotImplementedError(profile.kind)
+    assert isinstance(profile, Cia301Profile)
+    assert isinstance(setup, Cia301Parameters)
+    return Cia301Bench(stage, profile, setup)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from hil_tests.bench.action import (
     BitRateDriver,
+    FaultsDriver,
     HealthDriver,
     KeysDriver,
     LedsDriver,
@@ -17,12 +18,18 @@ from hil_tests.bench.drivers.command import TIMEOUT_NS as COMMAND_NS
 from hil_tests.bench.drivers.command import CommandPower
 from hil_tests.bench.drivers.control import (
     ControlBitRate,
+    ControlFaults,
     ControlHealth,
     ControlKeys,
     ControlLeds,
     ControlPower,
 )
-from hil_tests.bench.drivers.operator import OperatorKeys, OperatorLeds, OperatorPower
+from hil_tests.bench.drivers.operator import (
+    OperatorFaults,
+    OperatorKeys,
+    OperatorLeds,
+    OperatorPower,
+)
 from hil_tests.bench.drivers.peer import TIMEOUT_NS, ControlSession
 from hil_tests.bench.drivers.terminal import ANSWER_NS, Capture, Terminal, ask_done
 from hil_tests.bus.port import Port
@@ -32,7 +39,7 @@ from node_model.frame import Frame
 
 if TYPE_CHECKING:
     from hil_tests.bench.action import Action
-    from hil_tests.config import BenchFile, DeviceProfile, Parameters
+    from hil_tests.config import BenchFile, DeviceProfile, Setup
 
 
 class RealStage:
@@ -70,14 +77,15 @@ class RealStage:
         self.power: PowerDriver | None = None
         self.keys: KeysDriver | None = None
         self.leds: LedsDriver | None = None
+        self.faults: FaultsDriver | None = None
         self.bitrate: BitRateDriver | None = None
         self.health: HealthDriver | None = None
         self.checks: list[Callable[[], object]] = []
         """Ask whether what stands behind the bench is still there, the plainest cause first."""
         self._leave = leave
 
-    def renew(self, parameters: Parameters) -> bool:  # noqa: ARG002  the stage's verb
-        """A real device is what it is: the bench commissions it."""
+    def renew(self, parameters: Setup) -> bool:  # noqa: ARG002  the stage's verb
+        """A real device is what it is: the bench does what it can."""
         return False
 
     def load(self, frames: Sequence[Frame], share_ppm: int) -> bool:  # noqa: ARG002
@@ -192,6 +200,7 @@ def fit_control(
         "power": lambda: ControlPower(session),
         "keys": lambda: ControlKeys(session),
         "leds": lambda: ControlLeds(session, leds),
+        "faults": lambda: ControlFaults(session),
         "bitrate": lambda: ControlBitRate(session),
     }
     for name in facilities:
@@ -229,6 +238,7 @@ def fit_from_file(
         "power": OperatorPower,
         "keys": OperatorKeys,
         "leds": lambda terminal: OperatorLeds(terminal, leds),
+        "faults": OperatorFaults,
         "bitrate": OperatorBitRate,
     }
     for name in file.facilities:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from hil_tests.bench.action import (
     BitRateDriver,
+    FaultsDriver,
     HealthDriver,
     KeysDriver,
     LedsDriver,
@@ -16,7 +17,7 @@ from hil_tests.bus.port import Port
 from node_model.frame import Frame
 
 if TYPE_CHECKING:
-    from hil_tests.config import Parameters
+    from hil_tests.config import Setup
 
 
 class Stage(Protocol):
@@ -29,6 +30,7 @@ class Stage(Protocol):
     power: PowerDriver | None
     keys: KeysDriver | None
     leds: LedsDriver | None
+    faults: FaultsDriver | None
     bitrate: BitRateDriver | None
     health: HealthDriver | None
 
@@ -51,11 +53,11 @@ class Stage(Protocol):
     def port(self) -> Port:
         """The tester's end of the bus."""
 
-    def renew(self, parameters: Parameters) -> bool:
-        """A fresh device that is commissioned to `parameters`, without power.
+    def renew(self, parameters: Setup) -> bool:
+        """A fresh device that is set to `parameters`, without power.
 
         Returns:
-            False where this stage cannot (a real one): the bench then commissions.
+            False where this stage cannot (a real one): the bench then does what it can.
         """
 
     def load(self, frames: Sequence[Frame], share_ppm: int) -> bool:

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from hil_tests.clock import FOREVER, Interval
+from hil_tests.clock import Interval
 from hil_tests.judge.causal import Seen
 from hil_tests.judge.expected import Expected
-from hil_tests.judge.verdict import Limits
 from hil_tests.trace import Moment
 
 if TYPE_CHECKING:
-    from hil_tests.config import DeviceLimits, DeviceProfile, Setup
+    from hil_tests.config import DeviceProfile, Setup
 
 When = Seen | Moment | Interval | int
 """What an expectation can count from."""
@@ -50,26 +48,12 @@ def expected_of(
         bit_rate=parameters.bit_rate if parameters else None,
         command_ns=limits.command_ns,
         boot_up_ns=limits.boot_up_ns,
+        tolerances=limits.heartbeat_ns,
         fade_ns=limits.power_off_ns if fades else 0,
         exclusive=exclusive,
         **of_its_kind,
     )
-    return beating(known, limits, parameters.heartbeat_ns if parameters else None)
-
-
-def beating(known: Expected, limits: DeviceLimits, period_ns: int | None) -> Expected:
-    """The same device with another heartbeat period; 0 = none, None = not known."""
-    each = limits.heartbeat_each_ns(period_ns) if period_ns else (0, FOREVER)
-    mean = limits.heartbeat_mean_ns(period_ns) if period_ns else (0, FOREVER)
-    # A least distance of 0 asks nothing of beats that follow each other anyway.
-    each = (each[0] or -FOREVER, each[1])
-    return replace(
-        known,
-        heartbeat_ns=period_ns,
-        heartbeat_each=Limits(*each),
-        heartbeat_mean=Limits(*mean),
-        heartbeat_first=Limits(at_most_ns=each[1]),
-    )
+    return known.beating(parameters.heartbeat_ns) if parameters else known
 
 
 def facility_name(name: str) -> str:

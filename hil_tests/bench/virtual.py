@@ -6,11 +6,13 @@ Time goes on from world to world, so that a test has one continuous trace.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+import attrs
 
 from hil_tests.bench.action import (
     BitRateDriver,
+    FaultsDriver,
     HealthDriver,
     KeysDriver,
     LedEdges,
@@ -20,17 +22,14 @@ from hil_tests.bench.action import (
 from hil_tests.bus.port import BURST
 from hil_tests.clock import Interval, S, exactly
 from hil_tests.trace import Burst, BusEvent, EventKind, Sighting
+from node_model.devices import Blueprint
 from node_model.frame import Frame
-from node_model.keypad import Parameters as ModelParameters
-from node_model.keypad import Profile
-from node_model.keypad.parameters import SIZE
 from node_model.load import Load
 from node_model.node import Panel
-from node_model.storage import RecordStore
-from node_model.world import FOREVER, Controller, World
+from node_model.world import Controller, World
 
 if TYPE_CHECKING:
-    from hil_tests.config import Parameters
+    from hil_tests.config import Setup
 
 T = TypeVar("T")
 
@@ -148,22 +147,11 @@ class Done(Generic[T]):
         return self._do()
 
 
-@lru_cache(maxsize=256)
-def memory_with(parameters: ModelParameters) -> bytes:
-    """Content of the memory of a device that was commissioned to these parameters."""
-    store = RecordStore(SIZE)
-    store.save(parameters.encode(), 0)
-    store.advance(FOREVER)
-    return bytes(store.memory)
-
-
 class VirtualStage:
-    """Power, keys and LEDs of a model, exact to the nanosecond.
+    """Power, keys, LEDs and errors of a model, exact to the nanosecond.
 
     Args:
-        make: builds the device from a profile and the content of its memory; with a fault or
-            a difference if asked.
-        profile: facts of the device for the model.
+        blueprint: of the device, right, or with a fault or a difference.
         name: of the bench.
     """
 
@@ -175,39 +163,31 @@ class VirtualStage:
     timed_sequences = False
     sees_edges = True
 
-    def __init__(
-        self, make: Callable[[Profile, bytes], Panel], profile: Profile, name: str = "virtual"
-    ) -> None:
-        self._make = make
-        self._profile = profile
+    def __init__(self, blueprint: Blueprint[Any], name: str = "virtual") -> None:
+        self._blueprint = blueprint
         self.name = name
         self.bit_rate = 0
         self.port = VirtualPort(World())
+        self._enter(0, blueprint.facts.factory.bit_rate, b"")
+        device = self.device
         self.power: PowerDriver | None = self
-        self.keys: KeysDriver | None = self
-        self.leds: LedsDriver | None = self
+        self.keys: KeysDriver | None = self if device.keys else None
+        self.leds: LedsDriver | None = self if device.leds else None
+        self.faults: FaultsDriver | None = self if device.faults else None
         self.bitrate: BitRateDriver | None = self
-        self._enter(0, profile.factory.bit_rate, b"")
 
     def _enter(self, now: int, bit_rate: int, image: bytes) -> None:
         world = World(bit_rate, now)
         self.bit_rate = bit_rate
         self.port.enter(world)
         self._loads: list[tuple[Controller, Load]] = []
-        self.device = self._make(self._profile, image)
+        self.device: Panel = self._blueprint.make(image)
         self.controller: Controller = world.attach(self.device)
 
-    def renew(self, parameters: Parameters) -> bool:
-        """A new world with a device that was once commissioned to these parameters."""
-        stored = ModelParameters(
-            parameters.node_id,
-            parameters.bit_rate_code,
-            parameters.heartbeat_ms,
-            parameters.sync_time,
-            parameters.debounce,
-        )
-        now = self.port.now() + PAUSE_NS
-        self._enter(now, parameters.bit_rate, memory_with(stored))
+    def renew(self, parameters: Setup) -> bool:
+        """A new world with a device that was once set to these parameters."""
+        image = self._blueprint.memory(attrs.asdict(parameters))  # type: ignore[arg-type]  # each is one
+        self._enter(self.port.now() + PAUSE_NS, parameters.bit_rate, image)
         return True
 
     def load(self, frames: Sequence[Frame], share_ppm: int) -> bool:
@@ -240,6 +220,10 @@ class VirtualStage:
         """See KeysDriver."""
         return Done(lambda: self._act(lambda now: self.device.hold(held, now)))
 
+    def fail(self, active: frozenset[str]) -> Done[Interval]:
+        """See FaultsDriver."""
+        return Done(lambda: self._act(lambda now: self.device.fail(active, now)))
+
     def sequence(self, steps: Sequence[tuple[int, frozenset[str]]]) -> Done[Sequence[Interval]]:
         """Not needed: the bench steps through a sequence exactly."""
         raise NotImplementedError("a virtual bench plays sequences step by step")
@@ -260,7 +244,8 @@ class VirtualStage:
 
     def read(self) -> Done[Mapping[str, str]]:
         """See LedsDriver: watches for two blink periods."""
-        span_ns = 2 * (self._profile.blink_on_ns + self._profile.blink_off_ns)
+        facts = self._blueprint.facts
+        span_ns = 2 * (facts.blink_on_ns + facts.blink_off_ns)
         return Watching(self, span_ns, _as_an_eye)
 
     def watch(self, for_ns: int) -> Done[LedEdges]:

@@ -21,7 +21,7 @@ from hil_tests.config.reading import structure, table
 from hil_tests.config.report import Problem, Wrong, refuse
 from hil_tests.config.rules import Flag, OneOf, Span, Text, Texts, Whole
 
-FACILITIES = ("power", "keys", "leds", "bitrate")
+FACILITIES = ("power", "keys", "leds", "faults", "bitrate")
 """Sections of facilities, in the order in which they are listed to users."""
 
 _LATER_POWER = ("labgrid", "scpi")
@@ -103,7 +103,7 @@ class PowerSection:
 
 @attrs.frozen
 class FacilitySection:
-    """[keys] or [leds]."""
+    """[keys], [leds] or [faults]."""
 
     driver: Annotated[str, OneOf(("control", "operator"))]
     timeout_ns: Timeout = None
@@ -133,6 +133,7 @@ class _File:
     power: PowerSection | None = None
     keys: FacilitySection | None = None
     leds: FacilitySection | None = None
+    faults: FacilitySection | None = None
     bitrate: BitRateSection | None = None
 
 
@@ -148,6 +149,7 @@ class BenchFile:
     power: PowerSection | None
     keys: FacilitySection | None
     leds: FacilitySection | None
+    faults: FacilitySection | None
     bitrate: BitRateSection | None
 
     @property

@@ -61,6 +61,10 @@ class DeviceLimits:
         tolerance = max(_share(period_ns, self.heartbeat_each_ppm), self.heartbeat_floor_ns)
         return _around(period_ns, tolerance)
 
+    def heartbeat_ns(self, period_ns: int) -> tuple[tuple[int, int], tuple[int, int]]:
+        """Least and most of one interval, and of the mean of many, in ns."""
+        return self.heartbeat_each_ns(period_ns), self.heartbeat_mean_ns(period_ns)
+
     def heartbeat_mean_ns(self, period_ns: int) -> tuple[int, int]:
         """Least and most of the mean of 20 heartbeat intervals or more, in ns."""
         return _around(period_ns, _share(period_ns, self.heartbeat_mean_ppm))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 
 from hil_tests.bench.keypad import KeypadBench
 from hil_tests.bench.virtual import VirtualStage
@@ -12,7 +11,7 @@ from hil_tests.errors import ConfigError
 from hil_tests.judge.verdict import NotRun, Outcome, Verdict
 from hil_tests.scenarios.play import play
 from hil_tests.scenarios.scenario import Scenario
-from node_model import faults, keypad
+from node_model import devices
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +46,8 @@ class Lab:
     def __init__(self, profile: str = "keypad", model: str | None = None) -> None:
         facts = load_keypad(profile)
         try:
-            faults.make(model, keypad.load(facts.path))
-            stage = VirtualStage(partial(faults.make, model), keypad.load(facts.path), "virtual")
-        except (OSError, ValueError, KeyError, TypeError) as error:
+            stage = VirtualStage(devices.read(facts.path, model))
+        except ValueError as error:
             raise ConfigError(f"no such model: {error}") from error
         self.bench = KeypadBench(stage, facts, facts.factory)
         self.played = 0

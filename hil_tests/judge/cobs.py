@@ -7,7 +7,9 @@ from enum import Enum, IntEnum
 from node_model.frame import Frame, data_frame
 
 NMT = 0x000
+SYNC = 0x080
 EMCY = 0x080
+TIME = 0x100
 KEYS = 0x180
 LED_STEADY = 0x200
 LED_BLINK = 0x300
@@ -16,6 +18,11 @@ COMMISSION = 0x4F8
 SDO_ANSWER = 0x580
 SDO_REQUEST = 0x600
 ERROR_CONTROL = 0x700
+LSS_ANSWER = 0x7E4
+
+TPDOS = (0x180, 0x280, 0x380, 0x480)
+RPDOS = (0x200, 0x300, 0x400, 0x500)
+"""Transmit and receive PDOs of the pre-defined connection set (CiA 301 4.2.0, 7.3.3)."""
 
 
 class Nmt(IntEnum):

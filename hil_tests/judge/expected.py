@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from hil_tests.clock import FOREVER
@@ -19,7 +20,16 @@ class Family(Enum):
     """An object dictionary and the services of CiA 301."""
 
 
-_ANY = Limits(at_most_ns=FOREVER)
+Spans = tuple[int, int]
+"""Least and most, in ns."""
+
+_ANY = Limits()
+
+
+def _no_limits(_: int) -> tuple[Spans, Spans]:
+    return (0, FOREVER), (0, FOREVER)
+
+
 _IDS = {Family.KEYPAD: ids.KEYPAD, Family.CIA301: ids.CIA301}
 
 
@@ -36,6 +46,7 @@ class Expected:
         bit_rate: at which it runs in operation, bit/s; None = not known.
         command_ns: an NMT command shows its effect within this.
         boot_up_ns: from power-on or reset to boot-up, at most.
+        tolerances: what one interval and the mean of many may be, for a heartbeat period.
         family: how it speaks.
         key_bytes: length of a key frame; of a keypad alone.
         emcy_ns: from boot-up to its EMCY, at most; of a keypad alone.
@@ -52,12 +63,37 @@ class Expected:
     heartbeat_each: Limits = _ANY
     heartbeat_mean: Limits = _ANY
     heartbeat_first: Limits = _ANY
+    tolerances: Callable[[int], tuple[Spans, Spans]] = _no_limits
     family: Family = Family.KEYPAD
     key_bytes: int = 1
     emcy_ns: int = 0
     fade_ns: int = 0
     exclusive: bool = True
     neighbours: frozenset[int] = frozenset()
+
+    def beating(self, period_ns: int) -> Expected:
+        """The same device with another heartbeat period; 0 = it sends none."""
+        if not period_ns:
+            return replace(self.of_unknown_beat(), heartbeat_ns=0)
+        (least, most), mean = self.tolerances(period_ns)
+        # A least distance of 0 asks nothing of beats that follow each other anyway.
+        return replace(
+            self,
+            heartbeat_ns=period_ns,
+            heartbeat_each=Limits(least or -FOREVER, most),
+            heartbeat_mean=Limits(*mean),
+            heartbeat_first=Limits(at_most_ns=most),
+        )
+
+    def of_unknown_beat(self) -> Expected:
+        """The same device, where nobody can say how often it beats."""
+        return replace(
+            self,
+            heartbeat_ns=None,
+            heartbeat_each=_ANY,
+            heartbeat_mean=_ANY,
+            heartbeat_first=_ANY,
+        )
 
     @property
     def ids(self) -> ids.Ids:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from hil_tests.clock import Interval, show_span
+from hil_tests.clock import FOREVER, Interval, show_span
 from hil_tests.judge.causal import Lateness, Seen
 from hil_tests.judge.cobs import SHOWN, Nmt, State
 from hil_tests.judge.expected import Expected
@@ -31,6 +31,8 @@ class Heartbeats:
         self._steady_from: Seen | None = None
         self._steady = 0
         self._started = False
+        self._begun = -FOREVER
+        """From when on its present period counts."""
         self._suspicions: list[Suspicion] = []
         self._missing: list[Silence] = []
 
@@ -101,7 +103,7 @@ class Heartbeats:
         if len(data) != 1:
             return  # its length is the other monitor's business
         state = SHOWN.get(data[0])
-        if self._expected.heartbeat_ns == 0:
+        if self._expected.heartbeat_ns == 0 and seen.wanted.earliest > self._begun:
             text = f"heartbeat {seen.frame} although its period is 0"
             self._suspect(self._ids.beat_off, text, seen)
         if state is None:
@@ -156,6 +158,15 @@ class Heartbeats:
             self._suspicions.append(
                 Suspicion(self._ids.beat, text, last, always_wrong, first, total)
             )
+
+    def retimed(self, expected: Expected, when: Interval) -> None:
+        """The device beats otherwise from some instant of `when` on: nothing is due in it."""
+        self.silenced(when)
+        self._expected = expected
+        self._low = expected.heartbeat_each.at_least_ns
+        self._high = expected.heartbeat_each.at_most_ns
+        self._begun = when.latest
+        self._free_until = max(self._free_until, when.latest)
 
     def restarted(self, when: Interval, by: Nmt | None) -> None:
         """A new start."""

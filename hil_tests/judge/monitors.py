@@ -22,6 +22,7 @@ from hil_tests.judge.cobs import (
     State,
 )
 from hil_tests.judge.expected import Expected
+from hil_tests.judge.settings import Role
 from hil_tests.judge.suspicion import Silence, Suspicion, always_wrong, confirmed
 from hil_tests.judge.timeline import States, StateTimeline
 from hil_tests.judge.verdict import Outcome, Verdict
@@ -91,6 +92,9 @@ class AllowedFrames:
     def powered(self) -> None:
         """A new start, in whatever mode, needs a new 4F8h."""
         self._requested = False
+
+    def admit(self, can_id: int, role: Role) -> None:
+        """The identifiers of a keypad are fixed."""
 
     def see(self, seen: Seen) -> None:
         """Note what is wrong with a frame."""

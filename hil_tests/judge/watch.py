@@ -6,10 +6,11 @@ be (timeline), and feeds the monitors.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from hil_tests.clock import FOREVER, Interval, S
+from hil_tests.clock import FOREVER, MS, Interval, S
 from hil_tests.judge.causal import CausalClock, Lateness, Seen
 from hil_tests.judge.cobs import (
     COMMISSION,
@@ -21,13 +22,30 @@ from hil_tests.judge.cobs import (
     long_nmt_for,
     nmt_for,
 )
-from hil_tests.judge.expected import Expected
+from hil_tests.judge.expected import Expected, Family
+from hil_tests.judge.frames import DeviceFrames, identifiers
 from hil_tests.judge.heartbeats import Heartbeats
 from hil_tests.judge.monitors import AllowedFrames, BootUp, Monitor
+from hil_tests.judge.settings import HeartbeatSet, Role, SdoListener, Setting
 from hil_tests.judge.timeline import ANY_STATE, States, StateTimeline
 from hil_tests.judge.verdict import Verdict
 from hil_tests.trace import Burst, BusEvent, Moment, Sighting
 from node_model.frame import Frame
+
+ANSWERED_NS = 250 * MS
+"""A guarding answer belongs to a poll of at most this long ago; limits are much shorter."""
+
+_FRAMES: Mapping[Family, Callable[[Expected, StateTimeline], AllowedFrames | DeviceFrames]] = {
+    Family.KEYPAD: AllowedFrames,
+    Family.CIA301: DeviceFrames,
+}
+"""Who knows which frames a device may send."""
+
+_IDENTIFIERS: Mapping[Family, Callable[[int | None], frozenset[int]]] = {
+    Family.KEYPAD: device_ids,
+    Family.CIA301: lambda node_id: frozenset(identifiers(node_id) if node_id else ()),
+}
+"""Under which identifiers it may speak, where others are on the bus as well."""
 
 _MODES = {"commissioning": True, "regular": False}
 
@@ -52,10 +70,17 @@ class Watch:
         since: int = -FOREVER,
     ) -> None:
         self.expected = expected
+        self._home = expected
+        """As it is after each start."""
         self.timeline = StateTimeline(expected.command_ns, states)
-        self._ids = device_ids(expected.node_id)
+        self._ids = _IDENTIFIERS[expected.family](expected.node_id)
+        self._sdo = None if expected.node_id is None else SdoListener(expected.node_id)
+        self._admitted: dict[int, Role] = {}
+        """Identifiers that the device was given."""
+        self._polls: deque[int] = deque()
+        """Ends of guarding requests that were not answered yet."""
         self.clock = CausalClock(bit_ns, self._is_device, since)
-        self._allowed = AllowedFrames(expected, self.timeline)
+        self._allowed = _FRAMES[expected.family](expected, self.timeline)
         if State.COMMISSIONING in states:
             self._allowed.requested()  # perhaps, before the watch began
         self._boot = BootUp(expected)
@@ -133,12 +158,61 @@ class Watch:
         if self.timeline.commissions(seen.wanted):
             return  # there every frame but the echo is wrong, and none is a start or a beat
         self._boot.see(seen)
+        setting = self._sdo.answered(seen) if self._sdo else None
+        if setting is not None:
+            self._set(setting)
         if frame.can_id == self._beat_id and not frame.extended and not frame.remote:
+            if self._answers_poll(seen):
+                return
             self._heartbeats.see(seen)
             if frame.data == b"\x00":
                 self._booted(seen)
             elif self.timeline.sure(seen.wanted) and not self._boot.owed:
                 self._beat = frame
+
+    def _set(self, setting: Setting) -> None:
+        """The tester has set something in the device."""
+        if isinstance(setting, HeartbeatSet):
+            period_ms = setting.period_ms
+            known = self.expected.of_unknown_beat()
+            if period_ms is not None:
+                known = self.expected.beating(period_ms * MS)
+            self.retime(known, setting.when)
+            return
+        self._admit(setting.can_id, setting.role)
+
+    def retime(self, expected: Expected, when: Interval) -> None:
+        """The device beats otherwise from some instant of `when` on."""
+        self.expected = replace(
+            expected, exclusive=self.expected.exclusive, neighbours=self.expected.neighbours
+        )
+        self._beat = None
+        self._heartbeats.retimed(expected, self._calm(when))
+
+    def goes_on_from(self, before: Watch) -> None:
+        """The same device, watched anew: what was set in it since its start still holds."""
+        if before.expected.heartbeat_ns != before._home.heartbeat_ns:
+            self.retime(before.expected, Interval(-1, -1))
+        for can_id, role in before._admitted.items():
+            self._admit(can_id, role)
+
+    def _admit(self, can_id: int, role: Role) -> None:
+        self._admitted[can_id] = role
+        self._ids |= {can_id}
+        self._allowed.admit(can_id, role)
+
+    def _answers_poll(self, seen: Seen) -> bool:
+        """Whether it is a guarding answer; where the heartbeat runs there is none."""
+        polls = self._polls
+        if seen.frame.data == b"\x00" or self.expected.heartbeat_ns:
+            polls.clear()
+            return False
+        while polls and polls[0] < seen.wanted.earliest - ANSWERED_NS:
+            polls.popleft()
+        if not polls or polls[0] > seen.wanted.latest:
+            return False
+        polls.popleft()
+        return True
 
     def _booted(self, seen: Seen) -> None:
         """It is pre-operational now, unless it must not boot at all: that is its fault then."""
@@ -150,6 +224,10 @@ class Watch:
         if frame.can_id == COMMISSION and not frame.extended:
             self._allowed.requested()
         node_id = self.expected.node_id
+        if self._sdo is not None:
+            self._sdo.asked(seen)
+        if frame.remote and frame.can_id == self._beat_id and not frame.extended:
+            self._polls.append(seen.at)
         if node_id is None or frame.can_id or self._deaf:
             return
         when = Interval(seen.at, seen.at)
@@ -170,7 +248,21 @@ class Watch:
                 self._boot.excuse()
                 self._heartbeats.silenced(self._calm(when))
 
+    def _forget_settings(self, when: Interval, command: Nmt | None) -> None:
+        """A start brings back what the device starts with (CiA 301 4.2.0, 7.3.2.2).
+
+        Many stacks keep 1017h over a reset of the communication: there nobody can say.
+        """
+        if self.expected.heartbeat_ns == self._home.heartbeat_ns:
+            return
+        known = self._home
+        if command is Nmt.RESET_COMMUNICATION:
+            known = self.expected.of_unknown_beat()
+        self.retime(known, when)
+
     def _tell(self, when: Interval, command: Nmt) -> None:
+        if command in RESETS:
+            self._forget_settings(when, command)
         for monitor in self._monitors:
             if command in RESETS:
                 monitor.restarted(when, command)
@@ -202,6 +294,7 @@ class Watch:
         self._allowed.powered()
         self.timeline.power_on(moment.when, mode)
         when = self._calm(moment.when)
+        self._forget_settings(when, None)
         for monitor in self._monitors:
             if mode is False and not self._deaf and self.expected.node_id is not None:
                 monitor.restarted(when, None)

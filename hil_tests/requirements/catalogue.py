@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 from hil_tests.errors import ConfigError
 
-FACILITIES = ("power", "keys", "leds", "bitrate", "faults")
+FACILITIES = ("power", "keys", "leds", "faults", "bitrate")
 """What a requirement can need of the bench."""
 
 ORIGINS = ("source", "cia301", "reading")

@@ -66,19 +66,16 @@ def open_bench(plan: Plan, capture: Capture | None = None) -> Bench:
 
 
 def _virtual(plan: Plan) -> Stage:
-    if plan.profile.kind != "keypad":
-        raise ConfigError(f"{plan.profile.path}: there is no model of a {plan.profile.kind} yet")
     from hil_tests.bench.virtual import VirtualStage  # noqa: PLC0415 - the model, when needed
-    from node_model import faults, keypad  # noqa: PLC0415
+    from node_model import devices  # noqa: PLC0415
 
     try:
-        facts = keypad.load(plan.profile.path)
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        return VirtualStage(devices.read(plan.profile.path, plan.mutant), plan.bench_name)
+    except ValueError as error:
         raise ConfigError(
             f"{plan.profile.path}: the bundled model cannot be this device"
-            f" ({type(error).__name__}: {error}); test the device itself with --can-iface NAME"
+            f" ({error}); test the device itself with --can-iface NAME"
         ) from error
-    return VirtualStage(partial(faults.make, plan.mutant), facts, plan.bench_name)
 
 
 def _real(plan: Plan, capture: Capture | None) -> Stage:
@@ -131,6 +128,7 @@ def _model(plan: Plan, stage: RealStage, leave: ExitStack) -> str:
             plan.profile.path,
             plan.mutant,
             plan.settings["can_node_id"],
+            plan.settings["can_eds"],
         )
     except OSError as error:
         raise BenchError(f"the model's process cannot be started: {error}") from error

@@ -22,7 +22,7 @@ from hil_tests.config import (
     load_profile,
 )
 from hil_tests.errors import ConfigError
-from hil_tests.requirements import Requirement, load
+from hil_tests.requirements import FACILITIES, Requirement, load
 
 if TYPE_CHECKING:
     from hil_tests.run.options import Settings
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 VIRTUAL = "virtual"
 MODEL = "model"
 EXTERNAL = "external"
-ALL_FACILITIES = ("power", "keys", "leds", "bitrate")
 _MODEL_CHANNELS = ("vcan", "vxcan")
 _MODEL_INTERFACES = ("virtual", "udp_multicast")
 
@@ -124,7 +123,7 @@ def make_plan(settings: Settings) -> Plan:
         timed=not real or _timed(channel or "", interface or "socketcan"),
         profile=_with_eds(profile, settings["can_eds"]),
         home=_home(settings, bench, profile, device),
-        facilities=bench.facilities if device == EXTERNAL and bench else _facilities(device),
+        facilities=_facilities(device, bench, profile),
         bench_name=_bench_name(bench, device),
         bench_file=bench,
         mutant=settings["can_mutant"],
@@ -303,9 +302,14 @@ def _cia301_home(
     return attrs.evolve(profile.factory, **known)
 
 
-def _facilities(device: str) -> tuple[str, ...]:
-    """A model has them all; an external device without a bench file has none."""
-    return () if device == EXTERNAL else ALL_FACILITIES
+def _facilities(device: str, bench: BenchFile | None, profile: DeviceProfile) -> tuple[str, ...]:
+    """A model has all of its kind; an external device has those of its bench file."""
+    has = {"keys": profile.key_bits, "leds": profile.led_bits, "faults": profile.faults}
+    of_kind = tuple(name for name in FACILITIES if name not in has or has[name])
+    if device != EXTERNAL:
+        return of_kind
+    there = bench.facilities if bench else ()
+    return tuple(name for name in there if name in of_kind)
 
 
 def _bench_name(bench: BenchFile | None, device: str) -> str:

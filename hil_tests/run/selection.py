@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from hil_tests.bench import terms
-from hil_tests.requirements import Requirement, load_all, near
-from hil_tests.run.plan import ALL_FACILITIES
+from hil_tests.requirements import FACILITIES, Requirement, load_all, near
 from hil_tests.run.stash import CLAIMS, claimed, is_ours
 
 if TYPE_CHECKING:
@@ -111,7 +110,7 @@ def why_not(item: pytest.Item, plan: Plan) -> str:
     if marker and not plan.timed:
         return f"{plan.channel} is an untimed wire: {_reason(marker)}"
     names = {*getattr(item, "fixturenames", ()), *_needs(item)}
-    lacks = [name for name in ALL_FACILITIES if name in names and name not in plan.facilities]
+    lacks = [name for name in FACILITIES if name in names and name not in plan.facilities]
     if lacks:
         return lacking(plan, lacks)
     return ""

@@ -11,7 +11,7 @@ from hil_tests.bench.action import LedEdges
 from hil_tests.bench.keypad import KeypadBench
 from hil_tests.bench.virtual import Done
 from hil_tests.clock import MS, US, Interval, exactly
-from hil_tests.config import Parameters, load_keypad
+from hil_tests.config import Parameters, Setup, load_keypad
 from hil_tests.errors import BusUnavailable
 from hil_tests.trace import BusEvent, Sighting
 from node_model.frame import Frame
@@ -111,6 +111,7 @@ class FakeStage:
         self.power: Any = None if "power" in without else self
         self.keys: Any = None if "keys" in without else self
         self.leds: Any = None if "leds" in without else self
+        self.faults: Any = None if "faults" in without else self
         self.bitrate: Any = None if "bitrate" in without else self
         self.loadable = False
         self.leave = ExitStack()
@@ -129,6 +130,10 @@ class FakeStage:
     def hold(self, held: frozenset[str]) -> Done[Interval]:
         """See KeysDriver."""
         return self._noted(f"keys {' '.join(sorted(held)) or '-'}")
+
+    def fail(self, active: frozenset[str]) -> Done[Interval]:
+        """See FaultsDriver."""
+        return self._noted(f"faults {' '.join(sorted(active)) or '-'}")
 
     def sequence(self, steps: Sequence[tuple[int, frozenset[str]]]) -> Done[Sequence[Interval]]:
         """See KeysDriver."""
@@ -152,7 +157,7 @@ class FakeStage:
         """See LedsDriver."""
         return Done(lambda: LedEdges(exactly(self.port.at), {}, []), for_ns)
 
-    def renew(self, parameters: Parameters) -> bool:
+    def renew(self, parameters: Setup) -> bool:
         """A real bench has no other device."""
         del parameters
         return False

@@ -18,7 +18,7 @@ from hil_tests.errors import BenchError
 from hil_tests.judge.cobs import Nmt, State
 from hil_tests.judge.verdict import DeviceFailure, NotRun
 from hil_tests.trace import Sighting
-from node_model import faults, keypad
+from node_model import devices
 from node_model.frame import Frame
 from tests.bench.fakes import HOME, PROFILE, FakePort, FakeStage, bench_of
 
@@ -231,7 +231,7 @@ def test_needs_that_are_filled_are_silent() -> None:
 
 def virtual(home: Parameters = HOME) -> KeypadBench:
     """A bench in virtual time."""
-    stage = VirtualStage(lambda profile, image: faults.make(None, profile, image), keypad.load())
+    stage = VirtualStage(devices.read("keypad", None))
     return KeypadBench(stage, PROFILE, home)
 
 
@@ -318,7 +318,7 @@ def test_fake_and_virtual_stages_are_stages() -> None:
 
 def blamed(fault: str, act: Callable[[KeypadBench], object]) -> str:
     """The requirement on which a faulty keypad fails something."""
-    stage = VirtualStage(lambda profile, image: faults.make(fault, profile, image), keypad.load())
+    stage = VirtualStage(devices.read("keypad", fault))
     bench = KeypadBench(stage, PROFILE, HOME)
     bench.begin()
     with pytest.raises(DeviceFailure) as failure:
@@ -356,9 +356,7 @@ def test_a_state_that_is_shown_late_was_reached(fault: str, requirement: str) ->
 
 def test_a_device_is_judged_since_it_was_switched_on_once_it_is_recognised() -> None:
     """A second boot-up is found, though it came before anybody knew whose it was."""
-    stage = VirtualStage(
-        lambda profile, image: faults.make("boot-up-twice", profile, image), keypad.load()
-    )
+    stage = VirtualStage(devices.read("keypad", "boot-up-twice"))
     bench = KeypadBench(stage, PROFILE, HOME)
     bench.begin()
     bench.fresh()

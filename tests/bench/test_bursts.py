@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial
 
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -17,13 +16,12 @@ from hil_tests.judge.causal import Seen
 from hil_tests.judge.cobs import Nmt, nmt_frame
 from hil_tests.judge.verdict import Verdict
 from hil_tests.trace import Burst, BusEvent, Entry, EventKind, Sighting
-from node_model import faults, keypad
+from node_model import devices, faults
 from node_model.beacon import Beacon
 from node_model.frame import Frame
 from node_model.world import World
 
 PROFILE = load_keypad("keypad")
-MODEL = keypad.load()
 NAMES = (None, *sorted((*faults.MUTANTS, *faults.VARIANTS)))
 LOAD = [Frame(0x100 + n, bytes(range(n))) for n in range(9)]
 
@@ -38,7 +36,7 @@ class OneByOne(VirtualPort):
 
 def bench_on(port: VirtualPort, name: str | None) -> KeypadBench:
     """A virtual bench with that device, which takes its frames from that port."""
-    stage = VirtualStage(partial(faults.make, name), MODEL)
+    stage = VirtualStage(devices.read("keypad", name))
     stage.port = port
     return KeypadBench(stage, PROFILE, PROFILE.factory)
 

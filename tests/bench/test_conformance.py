@@ -19,7 +19,7 @@ from hil_tests.bench.virtual import VirtualPort, VirtualStage
 from hil_tests.clock import MS, S
 from hil_tests.config import load_keypad
 from hil_tests.trace import Sighting
-from node_model import faults, keypad
+from node_model import devices
 from node_model.frame import Frame
 from tests.host.test_process import free_channel, hosted
 
@@ -30,7 +30,7 @@ RATE = 250_000
 
 def virtual() -> VirtualStage:
     """The bundled model in virtual time."""
-    return VirtualStage(lambda profile, image: faults.make(None, profile, image), keypad.load())
+    return VirtualStage(devices.read("keypad", None))
 
 
 def test_the_virtual_stage_passes() -> None:

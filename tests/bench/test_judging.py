@@ -18,7 +18,7 @@ from hil_tests.judge.verdict import (
     Outcome,
 )
 from hil_tests.trace import BusEvent, EventKind, Sighting
-from node_model import faults, keypad
+from node_model import devices
 from node_model.frame import Frame
 from tests.bench.fakes import HOME, PROFILE, FakePort, bench_of
 
@@ -296,9 +296,7 @@ def test_what_monitors_found_ends_an_example() -> None:
     """A property can ask in the middle; the finding is on the monitor's own requirement."""
     from hil_tests.bench.keypad import KeypadBench  # noqa: PLC0415
 
-    stage = VirtualStage(
-        lambda profile, image: faults.make("heartbeat-of-two-bytes", profile, image), keypad.load()
-    )
+    stage = VirtualStage(devices.read("keypad", "heartbeat-of-two-bytes"))
     bench = KeypadBench(stage, PROFILE, HOME)
     bench.begin()
     bench.start()

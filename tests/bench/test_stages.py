@@ -16,7 +16,7 @@ from hil_tests.clock import MS, S, exactly
 from hil_tests.config import load_bench
 from hil_tests.errors import BenchError, BusUnavailable, ControlError
 from hil_tests.trace import BusEvent, EventKind, Sighting
-from node_model import faults, keypad
+from node_model import devices
 from node_model.frame import Frame
 from tests.bench.fakes import HOME, PROFILE, FakePort
 from tests.drivers.peers import answer, scripted
@@ -24,7 +24,7 @@ from tests.drivers.peers import answer, scripted
 
 def virtual() -> VirtualStage:
     """The bundled model in virtual time."""
-    return VirtualStage(lambda profile, image: faults.make(None, profile, image), keypad.load())
+    return VirtualStage(devices.read("keypad", None))
 
 
 def wait(stage: VirtualStage, span_ns: int) -> list[Sighting | BusEvent]:

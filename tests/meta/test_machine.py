@@ -17,10 +17,11 @@ import pytest
 
 from hil_tests.acceptance import test_keys, test_leds, test_start_and_nmt
 from hil_tests.bench.keypad import KeypadBench
-from hil_tests.bench.virtual import VirtualStage, memory_with
+from hil_tests.bench.virtual import VirtualStage
 from hil_tests.config import load_keypad
 from hil_tests.judge.verdict import DeviceFailure
 from node_model import emcy, keypad
+from node_model.devices import KEYPAD, Blueprint, memory_with
 from node_model.frame import Frame
 from node_model.keypad import Keypad, Parameters
 from node_model.node import MS, NOTHING, Frames, Panel, S
@@ -220,7 +221,7 @@ def test_a_mutant_is_seen_by_nobody_else() -> None:
 
 def test_memory_is_in_the_form_of_the_device() -> None:
     """A mutant that stores in another form starts with the parameters it comes with."""
-    image = memory_with(Parameters(node_id=9))
+    image = memory_with(Parameters(node_id=9).encode())
     device = Maker(PrivateModules(found("", "MARK = 166")))(keypad.load(), image)
     assert {frame.can_id & 0x7F for _, frame in life_of(device)} == {9}
 
@@ -273,7 +274,8 @@ def shines(bench: KeypadBench) -> None:
 def bench_with(maker: Maker) -> KeypadBench:
     """A virtual bench with devices of that maker."""
     profile = load_keypad("keypad")
-    bench = KeypadBench(VirtualStage(maker, keypad.load()), profile, profile.factory)
+    stage = VirtualStage(Blueprint(KEYPAD, keypad.load(), maker))
+    bench = KeypadBench(stage, profile, profile.factory)
     bench.begin()
     return bench
 

@@ -18,6 +18,7 @@ from hil_tests.errors import ControlError
 
 __all__ = [
     "ControlBitRate",
+    "ControlFaults",
     "ControlHealth",
     "ControlKeys",
     "ControlLeds",
@@ -200,6 +201,17 @@ class ControlKeys(_Facility):
             if later.latest < earlier.earliest:
                 raise self._session.broke("the steps of at go back in time", answer)
         return found
+
+
+class ControlFaults(_Facility):
+    """Errors of the device."""
+
+    def __init__(self, session: ControlSession) -> None:
+        super().__init__(session, "faults")
+
+    def fail(self, active: frozenset[str]) -> Action[Interval]:
+        """From now on exactly these errors exist."""
+        return _Ask(self._session, {"do": "faults", "active": sorted(active)}, self._when)
 
 
 class ControlLeds(_Facility):

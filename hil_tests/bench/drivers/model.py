@@ -29,6 +29,7 @@ class HostedModel:
         profile: bundled name or path of a TOML file.
         mutant: name of a faulty or different model, or None.
         node_id: overrides the profile's factory setting, or None.
+        eds: electronic data sheet in place of the profile's, or None.
 
     Raises:
         BenchError: it did not start; with what it said.
@@ -41,6 +42,7 @@ class HostedModel:
         profile: str,
         mutant: str | None = None,
         node_id: int | None = None,
+        eds: str | None = None,
     ) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="nodeproof-")
         self.address = f"unix:{Path(self._folder.name) / 'control'}"
@@ -51,6 +53,7 @@ class HostedModel:
         command += ["--profile", profile]
         command += ["--mutant", mutant] if mutant else []
         command += ["--node-id", str(node_id)] if node_id is not None else []
+        command += ["--eds", eds] if eds else []
         self.process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors
         )

@@ -55,6 +55,21 @@ class OperatorKeys:
         )
 
 
+class OperatorFaults:
+    """Errors, made by hand."""
+
+    def __init__(self, terminal: Terminal) -> None:
+        self._terminal = terminal
+
+    def fail(self, active: frozenset[str]) -> Action[Interval]:
+        """Ask for exactly these errors to be there."""
+        if active:
+            text = f"Make exactly these errors exist: {', '.join(sorted(active))}"
+        else:
+            text = "Remove every error"
+        return ask_done(self._terminal, text)
+
+
 class OperatorLeds:
     """LEDs, looked at by the operator.
 

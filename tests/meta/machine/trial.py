@@ -36,6 +36,7 @@ from hil_tests.run import stash
 from hil_tests.run.plan import Plan
 from hil_tests.run.session import Run
 from node_model import keypad
+from node_model.devices import KEYPAD, Blueprint
 from tests.meta.machine.mutating import Mutant
 from tests.meta.machine.serving import Maker, PrivateModules, place_of
 from tests.meta.machine.still import MARK, Spins
@@ -219,7 +220,8 @@ class Trials:
         facts = keypad.load(stash.plan_of(config).profile.path)
 
         def bench(plan: Plan) -> Bench:
-            return bench_for(VirtualStage(maker, facts, plan.bench_name), plan.profile, plan.home)
+            stage = VirtualStage(Blueprint(KEYPAD, facts, maker), plan.bench_name)
+            return bench_for(stage, plan.profile, plan.home)
 
         run = _Untraced(stash.plan_of(config), datetime.now(UTC), ())
         config.stash[stash.RUN] = run
