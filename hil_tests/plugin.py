@@ -234,22 +234,65 @@ def pytest_report_teststatus(report: pytest.TestReport) -> tuple[str, str, str] 
 @pytest.hookimpl(tryfirst=True)
 def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
     """Put everything back, and say how the run ended."""
-    run = stash.run_of(session.config)
+    config = session.config
+    run, gathering = stash.run_of(config), stash.gathering_of(config)
     if run is not None:
         session.exitstatus = run.close(int(exitstatus))
+        if hasattr(config, "workeroutput"):
+            from hil_tests.run import spread  # noqa: PLC0415 - xdist only
+
+            spread.report_back(config.workeroutput, run.ledger)
+    elif gathering is not None:
+        session.exitstatus = gathering.close(int(exitstatus))
+    ledger = stash.ledger_of(config)
+    if ledger is not None and not hasattr(config, "workeroutput"):
         from hil_tests.run import papers  # noqa: PLC0415
 
-        run.papers.append(papers.write(run.folder.path))
+        ledger.papers.append(papers.write(ledger.folder.path))
 
 
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
     """What is not plainly passed or failed, and the closing lines."""
-    run = stash.run_of(config)
-    if run is None:
+    ledger = stash.ledger_of(config)
+    if ledger is None:
         return
     from hil_tests.run import terminal  # noqa: PLC0415
 
-    for title, lines in terminal.sections(run):
+    for title, lines in terminal.sections(ledger):
         terminalreporter.section(title)
         for line in lines:
             terminalreporter.write_line(line)
+
+
+# A run that pytest-xdist spreads over processes.
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_setupnodes(config: pytest.Config, specs: list[Any]) -> None:
+    """Before workers are started: one of them at most on a real bus."""
+    from hil_tests.run import spread  # noqa: PLC0415 - xdist only
+
+    spread.gather(config, len(specs))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node: Any) -> None:
+    """Tell a worker which folder the run has."""
+    node.workerinput["nodeproof"] = node.config.stash[stash.GATHERING].errand()
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Take what a worker found from its report."""
+    node = getattr(report, "node", None)
+    if node is not None:
+        from hil_tests.run import spread  # noqa: PLC0415 - xdist only
+
+        spread.receive(node.config, report)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    """Hear a worker's last words."""
+    from hil_tests.run import spread  # noqa: PLC0415 - xdist only
+
+    spread.part(node)

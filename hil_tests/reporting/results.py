@@ -47,7 +47,7 @@ class ResultsFile:
     def __init__(self, path: Path, header: Mapping[str, object]) -> None:
         self.path = path
         self.totals = Totals()
-        self._tally = Tally()
+        self.tally = Tally()
         self._rows: dict[str, str] = {}
         """The standing of each requirement as JSON: most do not change from test to test."""
         self._under_way: Mapping[str, object] | None = None
@@ -84,11 +84,11 @@ class ResultsFile:
         comma = ",\n" if self.totals.tests else ""
         row = {"test": result["test"], **result, "number": totals.tests}
         item = f"{comma}{_dumps(row)}".encode()
-        changed = self._tally.add(totals.tests, result)
+        changed = self.tally.add(totals.tests, result)
         self.totals = totals
         self._under_way = None
         for name in changed:
-            self._rows[name] = f"{_dumps(name)}:{_dumps(self._tally.standings[name].to_json())}"
+            self._rows[name] = f"{_dumps(name)}:{_dumps(self.tally.standings[name].to_json())}"
         self._append(item, None)
 
     def finish(self, summary: Mapping[str, object], state: str = COMPLETE) -> None:

@@ -42,15 +42,55 @@ class RunDirectory:
         Raises:
             ConfigError: it cannot be made there; the text names the remedy.
         """
-        stamp = started.astimezone(UTC).strftime("%Y%m%dT%H%M%SZ")
         try:
             reports.mkdir(parents=True, exist_ok=True)
-            path = _fresh(reports, stamp)
-            (path / "traces").mkdir()
-            _point(reports, path.name)
+            run = cls._fresh(reports, started)
         except OSError as error:
             _refuse(reports, error)
-        return cls(path)
+        run.point()
+        return run
+
+    @classmethod
+    def _fresh(cls, reports: Path, started: datetime) -> RunDirectory:
+        """A folder that was not there before, even if two runs start in the same second."""
+        for _ in range(_TRIES):
+            run = cls.named(reports, started)
+            try:
+                run.path.mkdir()
+            except FileExistsError:
+                continue
+            return run
+        raise FileExistsError(17, f"{_TRIES} names of this second are taken")
+
+    @classmethod
+    def named(cls, reports: Path, started: datetime) -> RunDirectory:
+        """A name in `reports` that no other run has; nothing is made yet."""
+        stamp = started.astimezone(UTC).strftime("%Y%m%dT%H%M%SZ")
+        return cls(reports / f"{stamp}-{secrets.token_hex(2)}")
+
+    def make(self) -> RunDirectory:
+        """The folder and what lies in it, where it is not there yet.
+
+        Raises:
+            ConfigError: it cannot be made there; the text names the remedy.
+        """
+        try:
+            self.traces.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            _refuse(self.path.parent, error)
+        return self
+
+    def point(self) -> None:
+        """Make it, and let `latest` point to it.
+
+        Raises:
+            ConfigError: it cannot be made there; the text names the remedy.
+        """
+        self.make()
+        try:
+            _point(self.path.parent, self.path.name)
+        except OSError as error:
+            _refuse(self.path.parent, error)
 
     @property
     def traces(self) -> Path:
@@ -74,18 +114,6 @@ class RunDirectory:
     def relative(self, path: Path) -> str:
         """How `results.json` names a file of this run: from its folder, with slashes."""
         return path.relative_to(self.path).as_posix()
-
-
-def _fresh(reports: Path, stamp: str) -> Path:
-    """A folder that was not there before, even if two runs start in the same second."""
-    for _ in range(_TRIES):
-        path = reports / f"{stamp}-{secrets.token_hex(2)}"
-        try:
-            path.mkdir()
-        except FileExistsError:
-            continue
-        return path
-    raise FileExistsError(17, f"{_TRIES} names of {stamp} are taken")
 
 
 def _point(reports: Path, run: str) -> None:

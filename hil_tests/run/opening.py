@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import ExitStack
 from datetime import UTC, datetime
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -12,11 +13,13 @@ import pytest
 from hil_tests.bench.bench import Bench
 from hil_tests.bench.kinds import bench_for
 from hil_tests.errors import BenchError, ConfigError
+from hil_tests.reporting.rundir import RunDirectory
 from hil_tests.run import stash
 from hil_tests.run.capture import PytestCapture
 from hil_tests.run.ending import take_sigterm_as_interrupt
 from hil_tests.run.plan import VIRTUAL, Plan
 from hil_tests.run.session import Run
+from hil_tests.run.spread import Courier, errand_of
 
 if TYPE_CHECKING:
     from hil_tests.bench.drivers.terminal import Capture
@@ -34,9 +37,15 @@ def start_run(config: pytest.Config) -> Run:
         pytest.UsageError: no place for the folder, or a profile that the model cannot be.
     """
     config.add_cleanup(take_sigterm_as_interrupt())
-    command = [str(part) for part in config.invocation_params.args]
+    plan, now, root = stash.plan_of(config), datetime.now(UTC), config.rootpath
+    errand = errand_of(config)
     try:
-        run = Run(stash.plan_of(config), datetime.now(UTC), command, config.rootpath)
+        if errand is not None:
+            ledger = Courier(RunDirectory(Path(errand.folder)).make(), now)
+            run = Run(plan, now, errand.command, root, ledger)
+        else:
+            command = [str(part) for part in config.invocation_params.args]
+            run = Run(plan, now, command, root)
         config.stash[stash.RUN] = run
         run.open(partial(open_bench, capture=PytestCapture(config)))
     except ConfigError as error:

@@ -11,7 +11,8 @@ from hil_tests.errors import BenchError
 from hil_tests.judge.verdict import DeviceFailure, InconclusiveResult
 from hil_tests.run import outcome, terminal
 from hil_tests.run.rows import Ending
-from hil_tests.run.session import BROKEN, Told
+from hil_tests.run.session import BROKEN
+from hil_tests.run.spread import KEY, Courier
 from hil_tests.run.stash import claimed
 
 if TYPE_CHECKING:
@@ -58,10 +59,11 @@ def conclude(
     where = f"{report.location[0]}:{(report.location[1] or 0) + 1}"
     text = _text(error, run, where)
     test = item.nodeid if report.when != "teardown" else f"{item.nodeid} (teardown)"
-    trace = run.store(Ending(test, found, call.duration, claimed(item), text, _title(item)))
     why = terminal.one_line(_why(error))
-    if found not in {outcome.PASSED, outcome.FAILED, outcome.ERROR}:
-        run.told.append(Told(test, found, why, trace))
+    ending = Ending(test, found, call.duration, claimed(item), text, _title(item))
+    trace = run.store(ending, why)
+    if isinstance(run.ledger, Courier):
+        setattr(report, f"{KEY}_parcel", run.ledger.parcel())
     report.nodeproof = found  # type: ignore[attr-defined]
     if report.when != "teardown":
         _properties(item, report, found, trace)

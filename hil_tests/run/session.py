@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from datetime import UTC, datetime
-from functools import partial
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hil_tests.bench.chronicle import mark_of
 from hil_tests.errors import BenchError
 from hil_tests.reporting.pcapng import PcapngSink
-from hil_tests.reporting.results import COMPLETE, INTERRUPTED, ResultsFile
+from hil_tests.reporting.results import INTERRUPTED
 from hil_tests.reporting.rows import TraceFile
 from hil_tests.reporting.rundir import RunDirectory
 from hil_tests.run import outcome, rows
 from hil_tests.run.header import header
+from hil_tests.run.ledger import Account, Ledger
 from hil_tests.run.options import OPTIONS
 from hil_tests.run.rows import Ending
 from hil_tests.trace import Moment
@@ -29,27 +29,8 @@ if TYPE_CHECKING:
 
 
 BROKEN = "the bench is broken"
-_STOPPED = {2, 3}
-"""Exit statuses of pytest: somebody stopped it, or it broke."""
 TOLD_SETTINGS = ("can_profile", "can_mutant", "can_seed", "can_strict")
 """What a verdict depends on besides the record."""
-
-
-@dataclass(frozen=True, slots=True)
-class Told:
-    """What came of a test, for the closing sections.
-
-    Args:
-        test: its node id.
-        outcome: in the words of every report.
-        why: one line.
-        trace: path of its record relative to the run's folder, "" = none.
-    """
-
-    test: str
-    outcome: str
-    why: str
-    trace: str
 
 
 class Run:
@@ -60,26 +41,30 @@ class Run:
         started: now, with a time zone; names the folder.
         command: the command line, for the results and for repeating a test.
         root: where the tests lie; None = nobody asks for their state in git.
+        ledger: where the findings go; None = to a folder of its own.
 
     Raises:
         ConfigError: there is no place for its folder.
     """
 
     def __init__(
-        self, plan: Plan, started: datetime, command: Sequence[str], root: Path | None = None
+        self,
+        plan: Plan,
+        started: datetime,
+        command: Sequence[str],
+        root: Path | None = None,
+        ledger: Ledger | None = None,
     ) -> None:
         self.plan = plan
         self.command = tuple(command)
         self._root = root
-        self.folder = RunDirectory.create(Path(plan.settings["can_reports"]), started)
-        self.outcomes: dict[str, str] = {}
-        self.told: list[Told] = []
+        if ledger is None:
+            folder = RunDirectory.create(Path(plan.settings["can_reports"]), started)
+            ledger = Ledger(folder, started)
+        self.ledger = ledger
+        self.folder = ledger.folder
         self.verdicts: list[Verdict] = []
         self.broken: BenchError | None = None
-        self.problems: list[str] = []
-        """What went wrong besides the tests; each costs the run its good end."""
-        self.papers: list[str] = []
-        """What was written for people, for the closing lines."""
         self._bench: Bench | None = None
         self._sink: PcapngSink | None = None
         self._test = ""
@@ -88,7 +73,6 @@ class Run:
         """Up to here the test under way, or the last one, looked at the bus."""
         self._before = rows.reading(None)
         self._started = started
-        self._results: ResultsFile | None = None
 
     # The bench.
 
@@ -97,17 +81,14 @@ class Run:
         try:
             self._bench = opener(self.plan)
         except BenchError as error:
-            self.broken = error
+            self._break(error)
         head = header(self.plan, self._bench, self._started, self.command, self._root)
-        try:
-            self._results = ResultsFile(self.folder.path / "results.json", head)
-        except BenchError as error:
-            self._problem(error)
+        self.ledger.open(head)
 
-    def _problem(self, what: object) -> None:
-        """Remember a problem of the run, once."""
-        if str(what) not in self.problems:
-            self.problems.append(str(what))
+    def _break(self, cause: BenchError) -> None:
+        """From now on the bench is broken."""
+        self.broken = cause
+        self.ledger.broken = str(cause)
 
     @property
     def bench(self) -> Bench:
@@ -135,9 +116,7 @@ class Run:
         self._test, self._claims = test, tuple(claims)
         self._sink = self._new_sink("") if keep_trace else None
         self._before = rows.reading(bench)
-        if self._results is not None:
-            trace = self.folder.relative(self._sink.path) if self._sink else None
-            self._try(partial(self._results.begin, test, trace))
+        self.ledger.begin(test, self.folder.relative(self._sink.path) if self._sink else None)
         bench.begin(*([self._sink] if self._sink else []))
         self._ended_at = bench.now()
         if self._sink:
@@ -184,7 +163,7 @@ class Run:
             bench.stage.check()
         except BenchError as cause:
             # The plainer reason: a model that died explains a control server that hung up.
-            self.broken = cause
+            self._break(cause)
             return cause
         return error
 
@@ -199,7 +178,7 @@ class Run:
             sink.write(Moment("end", end, end, detail))
             sink.close()
         except BenchError as error:
-            self._problem(error)
+            self.ledger.problem(error)
         return rows.trace_file(sink.path, self.folder.relative(sink.path), len(bench.trace))
 
     def keep_last_example(self) -> None:
@@ -215,14 +194,13 @@ class Run:
             for verdict in bench.verdicts:
                 self._sink.write(mark_of(verdict, self._ended_at))
         except BenchError as error:
-            self._problem(error)
+            self.ledger.problem(error)
 
-    def store(self, ending: Ending) -> str:
-        """Write the result of a test; the path of its record, "" = none."""
+    def store(self, ending: Ending, why: str) -> str:
+        """Write the result of a test, with the reason in a line; its record, "" = none."""
         bench = self._bench
         verdicts = list(bench.verdicts) if bench else []
         trace = self.keep(ending.outcome, ending.text)
-        self.outcomes[ending.test] = ending.outcome
         self.verdicts.extend(verdicts)
         after = rows.reading(bench)
         strict = bool(self.plan.settings["can_strict"])
@@ -237,18 +215,8 @@ class Run:
         self._before = after
         if bench:
             bench.verdicts = []
-        if self._results is not None:
-            self._try(partial(self._results.add, result.to_json()))
+        self.ledger.add(result.to_json(), why)
         return trace.path if trace else ""
-
-    def _try(self, write: Callable[[], None]) -> bool:
-        """Write something; what goes wrong is a problem of the run. Whether all went well."""
-        try:
-            write()
-        except BenchError as error:
-            self._problem(error)
-            return False
-        return True
 
     def reproduce(self, test: str) -> str:
         """A command line that repeats one test as it ran here."""
@@ -265,7 +233,7 @@ class Run:
             own: the exit status that pytest would give.
 
         Returns:
-            The exit status of the run; see `problems` for what could not be put back.
+            The exit status of the run; see `ledger.problems` for what could not be put back.
         """
         bench = self._bench
         self.keep()  # of a test that was interrupted
@@ -274,25 +242,16 @@ class Run:
             try:
                 bench.close()
             except Exception as error:  # noqa: BLE001
-                self._problem(f"the bench could not be closed: {error}")
-        status = outcome.exit_status(
-            self.outcomes.values(),
-            own,
-            require_all=bool(self.plan.settings["can_require_all"]),
-            broken=bool(self.problems),
-        )
-        if self._results is not None:
-            state = INTERRUPTED if own in _STOPPED else COMPLETE
-            if not self._try(partial(self._results.finish, self.summary(status), state)):
-                status = status if status == 1 else 11
-        return status
+                self.ledger.problem(f"the bench could not be closed: {error}")
+            self.ledger.account = _account(bench)
+        return self.ledger.close(own, require_all=bool(self.plan.settings["can_require_all"]))
 
     def _put_back(self, bench: Bench) -> None:
         """Give the device what it had; the end of a run reports, it never raises."""
         home = bench.home
         if self.broken is not None:
             if home is not None and bench.parameters != home and not bench.stage.virtual:
-                self._problem(
+                self.ledger.problem(
                     "the device could not be put back as it was: the bench is broken; commission"
                     f" it to node id {home.node_id}, {home.bit_rate} bit/s"
                 )
@@ -301,22 +260,13 @@ class Run:
             bench.begin()
             bench.go_home()
         except Exception as error:  # noqa: BLE001
-            self._problem(f"the device could not be put back as it was: {error}")
+            self.ledger.problem(f"the device could not be put back as it was: {error}")
 
-    def summary(self, status: int) -> Mapping[str, Any]:
-        """Last words for the results."""
-        bench = self._bench
-        ended = datetime.now(UTC)
-        return {
-            "exit_status": status,
-            "ended": ended.isoformat(),
-            "seconds": round((ended - self._started).total_seconds(), 6),
-            "problems": list(self.problems),
-            "bus_ns": bench.bus_ns if bench else 0,
-            "frames": bench.frames if bench else 0,
-            "stalls": bench.stalls if bench else 0,
-            "host_late_ns": bench.lateness.worst_ns if bench else 0,
-        }
+
+def _account(bench: Bench) -> Account:
+    """What the bench went through."""
+    late = bench.lateness
+    return Account(bench.bus_ns, bench.frames, bench.stalls, len(late), late.worst_ns)
 
 
 def own_options(command: Sequence[str], seed: str) -> list[str]:

@@ -12,8 +12,10 @@ import pytest
 from hil_tests.run import options
 
 if TYPE_CHECKING:
+    from hil_tests.run.ledger import Ledger
     from hil_tests.run.plan import Plan
     from hil_tests.run.session import Run
+    from hil_tests.run.spread import Gathering
 
 MARKERS = (
     "requirement(*ids): the requirements that a test claims; checks blame the first one",
@@ -28,6 +30,7 @@ PLAN = pytest.StashKey["Plan"]()
 RUN = pytest.StashKey["Run"]()
 CLAIMS = pytest.StashKey[tuple[str, ...]]()
 """Of a test: the requirements that it claims, as far as they concern the kind of device."""
+GATHERING = pytest.StashKey["Gathering"]()
 
 
 def settings_of(config: pytest.Config) -> options.Settings:
@@ -61,6 +64,19 @@ def plan_of(config: pytest.Config) -> Plan:
 def run_of(config: pytest.Config) -> Run | None:
     """The run under way; None before it began, and in projects without tests of ours."""
     return config.stash.get(RUN, None)
+
+
+def gathering_of(config: pytest.Config) -> Gathering | None:
+    """What this process gathers from workers; None where the tests are not spread."""
+    return config.stash.get(GATHERING, None)
+
+
+def ledger_of(config: pytest.Config) -> Ledger | None:
+    """The findings of this run, or of those that this process gathers; None = there are none."""
+    run, gathering = run_of(config), gathering_of(config)
+    if run is not None:
+        return run.ledger
+    return gathering.ledger if gathering is not None and gathering.begun else None
 
 
 def claimed(item: pytest.Item) -> tuple[str, ...]:

@@ -7,13 +7,14 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from hil_tests.clock import S, show_span
-from hil_tests.judge.verdict import DeviceFailure, InconclusiveResult, Outcome
+from hil_tests.judge.verdict import DeviceFailure, InconclusiveResult
 from hil_tests.run import outcome
 
 if TYPE_CHECKING:
     from hil_tests.requirements import Requirement
+    from hil_tests.run.ledger import Ledger, Told
     from hil_tests.run.plan import Plan
-    from hil_tests.run.session import Run, Told
+    from hil_tests.run.session import Run
 
 _HOUR = 3600 * S
 _NAMED_TESTS = 4
@@ -79,27 +80,27 @@ def one_line(text: str, most: int = 200) -> str:
     return first if len(first) <= most else f"{first[: most - 3]}..."
 
 
-def sections(run: Run) -> Iterator[tuple[str, list[str]]]:
+def sections(ledger: Ledger) -> Iterator[tuple[str, list[str]]]:
     """Titles and lines of what a run ends with: only what is not plainly passed or failed."""
     for name in (outcome.NOT_RUN, outcome.NOT_APPLICABLE):
-        lines = reason_lines([each for each in run.told if each.outcome == name])
+        lines = reason_lines([each for each in ledger.told if each.outcome == name])
         if lines:
             yield name, lines
     for name in (outcome.OBSERVATION, outcome.INCONCLUSIVE):
-        told = [each for each in run.told if each.outcome == name]
+        told = [each for each in ledger.told if each.outcome == name]
         if told:
-            yield name, [line for each in told for line in _told_lines(run, each)]
-    if run.broken is not None:
-        yield "bench broken", [str(run.broken)]
-    if run.problems:
-        yield "problems of the bench", run.problems
-    yield "nodeproof", closing_lines(run)
+            yield name, [line for each in told for line in _told_lines(ledger, each)]
+    if ledger.broken:
+        yield "bench broken", [ledger.broken]
+    if ledger.problems:
+        yield "problems of the bench", ledger.problems
+    yield "nodeproof", closing_lines(ledger)
 
 
-def _told_lines(run: Run, told: Told) -> list[str]:
+def _told_lines(ledger: Ledger, told: Told) -> list[str]:
     """Which test, why, and where to look."""
     lines = [told.test, f"    {told.why}"]
-    return [*lines, f"    trace: {run.folder.path / told.trace}"] if told.trace else lines
+    return [*lines, f"    trace: {ledger.folder.path / told.trace}"] if told.trace else lines
 
 
 def example_lines(error: BaseException) -> list[str]:
@@ -108,36 +109,32 @@ def example_lines(error: BaseException) -> list[str]:
     return [line for line in noted if "=<hil_tests." not in line]
 
 
-def closing_lines(run: Run) -> list[str]:
+def closing_lines(ledger: Ledger) -> list[str]:
     """Verdict counts, bus hours, frames, stalls, and where to look."""
-    counts = Counter(run.outcomes.values())
+    counts = Counter(ledger.outcomes.values())
     shown = [f"{counts[name]} {name}" for name in outcome.REPORTED if counts[name]]
-    bench = run.opened
-    bus_ns, frames = (bench.bus_ns, bench.frames) if bench else (0, 0)
-    seen = f"{bus_ns / _HOUR:.2f} bus hours, {frames} frames, {len(run.verdicts)} checks"
+    account = ledger.account
+    hours, frames = account.bus_ns / _HOUR, account.frames
+    seen = f"{hours:.2f} bus hours, {frames} frames, {ledger.checks} checks"
     lines = [f"{', '.join(shown) or 'nothing was run'}; {seen}"]
-    if bench is not None and (bench.stalls or len(bench.lateness)):
+    if account.stalls or account.late_frames:
         lines.append(
-            f"the host was busy: the suite was stopped {bench.stalls} times, the model sent"
-            f" {len(bench.lateness)} frames late (worst {show_span(bench.lateness.worst_ns)})"
+            f"the host was busy: the suite was stopped {account.stalls} times, the model sent"
+            f" {account.late_frames} frames late (worst {show_span(account.host_late_ns)})"
         )
-    lines += characteristic_lines(run)
-    lines.append(f"results and traces: {run.folder.path}")
-    return lines + run.papers
+    lines += characteristic_lines(ledger)
+    lines.append(f"results and traces: {ledger.folder.path}")
+    return lines + ledger.papers
 
 
-def characteristic_lines(run: Run) -> list[str]:
+def characteristic_lines(ledger: Ledger) -> list[str]:
     """What the source leaves open, and how this device does it."""
-    found = {
-        (verdict.requirement, verdict.text)
-        for verdict in run.verdicts
-        if verdict.outcome is Outcome.CHARACTERISTIC
-    }
-    if not found:
-        return []
-    return ["characteristics of this device:"] + [
-        f"  {name}: {text}" for name, text in sorted(found)
+    found = [
+        f"  {name}: {text}"
+        for name, standing in sorted(ledger.standings.items())
+        for text in sorted(standing.characteristics)
     ]
+    return ["characteristics of this device:", *found] if found else []
 
 
 def reason_lines(told: Iterable[Told]) -> list[str]:

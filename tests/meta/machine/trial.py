@@ -170,7 +170,7 @@ class Trials:
             frames, began = run.bench.frames, time.process_time()
             _protocol(item, after)
             footprint = Footprint(
-                run.outcomes.get(test, "not run"),
+                run.ledger.outcomes.get(test, "not run"),
                 sorted(seen),
                 run.bench.frames - frames,
                 time.process_time() - began,
@@ -191,7 +191,7 @@ class Trials:
             told = len(run.verdicts)
             with _patience(self._patience_s(test), stuck):
                 _protocol(item, after)
-            outcome = run.outcomes.get(test, "not run")
+            outcome = run.ledger.outcomes.get(test, "not run")
             killed = _killed(run.verdicts[told:], test, stash.claimed(item))
             if outcome == "failed" and not _is_free(run, killed.requirement):
                 result = killed
