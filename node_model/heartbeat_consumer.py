@@ -63,7 +63,7 @@ class HeartbeatConsumer(QuietService):
         self._errors = errors
         self._subs = [sub for sub in range(1, 128) if od.has(CONSUMER_TIME, sub)]
         self._watches: dict[int, Watch] = {}
-        self._healed: list[tuple[str, int]] = []
+        self._healed: list[tuple[int, str]] = []
         od.guard(CONSUMER_TIME, self._guard)
         od.observe(CONSUMER_TIME, self._written)
 
@@ -100,7 +100,7 @@ class HeartbeatConsumer(QuietService):
     def deadline(self) -> int | None:
         """The next node to be missed."""
         ends = [watch.lapse_at for watch in self._watches.values()]
-        return earliest(*ends, *(at for _, at in self._healed))
+        return earliest(*ends, *(at for at, _ in self._healed))
 
     def stop(self) -> None:
         """Nobody is watched."""
@@ -138,10 +138,8 @@ class HeartbeatConsumer(QuietService):
         return self._errors.heal(watch.cause, now)
 
     def _fire(self, now: int) -> Frames:
-        for cause, at in self._healed:
-            if at == now:
-                self._healed.remove((cause, at))
-                return self._errors.heal(cause, now)
+        if self._healed and self._healed[0][0] == now:
+            return self._errors.heal(self._healed.pop(0)[1], now)
         watch = next(watch for watch in self._watches.values() if watch.lapse_at == now)
         watch.lapse_at = None
         watch.lost = True
@@ -169,5 +167,5 @@ class HeartbeatConsumer(QuietService):
         if old is None:
             return
         if old.lost:
-            self._healed.append((old.cause, now))
+            self._healed.append((now, old.cause))
         self._watches[sub] = self._watch(sub)

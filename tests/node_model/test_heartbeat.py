@@ -5,8 +5,11 @@ from __future__ import annotations
 import pytest
 
 from node_model.frame import Frame
-from node_model.heartbeat import HeartbeatProducer, heartbeat_frame
+from node_model.heartbeat import HeartbeatProducer, HeartbeatService, heartbeat_frame
 from node_model.nmt import NmtState
+from node_model.node import MS, NOTHING
+from node_model.od import ObjectDictionary
+from tests.node_model.services import passing, u16, write
 
 
 @pytest.mark.parametrize(
@@ -56,3 +59,75 @@ def test_a_stopped_producer_stays_stopped() -> None:
     producer.stop()
     producer.beat()
     assert producer.due_at is None
+
+
+def service(period_ms: int, node_id: int = 5) -> tuple[HeartbeatService, ObjectDictionary]:
+    """A heartbeat service that started at 0."""
+    od = ObjectDictionary([u16(0x1017, 0, period_ms)])
+    beats = HeartbeatService(od, node_id)
+    assert beats.start(0) == NOTHING
+    return beats, od
+
+
+def test_beats_show_the_state_of_the_moment() -> None:
+    """One period after the boot-up the first; a change of state shows in the next."""
+    beats, _ = service(10)
+    sent = passing(beats, 15 * MS)
+    beats.enter(NmtState.OPERATIONAL, 15 * MS)
+    sent += passing(beats, 25 * MS)
+    beats.enter(NmtState.STOPPED, 25 * MS)
+    sent += passing(beats, 30 * MS)
+    assert sent == [(10 * MS, "705#7F"), (20 * MS, "705#05"), (30 * MS, "705#04")]
+
+
+def test_a_late_call_sends_every_beat_that_was_due() -> None:
+    """The grid is that of the due instants."""
+    beats, _ = service(10)
+    assert len(beats.advance(35 * MS)) == 3
+    assert beats.deadline() == 40 * MS
+
+
+def test_a_written_time_acts_at_once() -> None:
+    """The next beat is one new period away, and none of the old period follows."""
+    beats, od = service(100)
+    write(od, 0x1017, 0, 30, 90 * MS)
+    assert passing(beats, 200 * MS) == [
+        (120 * MS, "705#7F"),
+        (150 * MS, "705#7F"),
+        (180 * MS, "705#7F"),
+    ]
+
+
+def test_the_same_time_written_again_restarts_the_period() -> None:
+    """No stale beat at the old instant."""
+    beats, od = service(100)
+    write(od, 0x1017, 0, 100, 60 * MS)
+    assert beats.deadline() == 160 * MS
+
+
+def test_time_0_ends_the_heartbeat() -> None:
+    """No beat after it; another time starts it again."""
+    beats, od = service(100)
+    write(od, 0x1017, 0, 0, 99 * MS)
+    assert beats.deadline() is None
+    write(od, 0x1017, 0, 50, 200 * MS)
+    assert beats.deadline() == 250 * MS
+
+
+def test_nothing_beats_before_start_and_after_stop() -> None:
+    """A time written then waits for the start."""
+    beats, od = service(100)
+    beats.stop()
+    assert beats.deadline() is None
+    write(od, 0x1017, 0, 50, 1 * MS)
+    assert beats.deadline() is None
+    beats.start(10 * MS)
+    assert beats.deadline() == 60 * MS
+
+
+def test_without_the_object_there_is_no_heartbeat() -> None:
+    """1017h is optional."""
+    beats = HeartbeatService(ObjectDictionary([]), 5)
+    beats.start(0)
+    assert beats.deadline() is None
+    assert beats.listens_to() == frozenset()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from node_model.frame import crc15
-from node_model.storage import MARK, RecordStore
+from node_model.storage import MARK, LongRecordStore, RecordStore
 
 OLD, NEW = b"older!", b"newer!"
 BYTE_NS = 10
@@ -102,3 +102,67 @@ def test_saving_again_before_the_end_starts_over() -> None:
     store.save(NEW, 55)
     store.advance(10_000)
     assert store.load() == NEW
+
+
+# Records of any length
+
+
+def long_stored(image: bytes, record: bytes, until: int | None = None) -> bytes:
+    """The memory for 20 bytes after `record` was stored, cut off after `until` ns."""
+    store = LongRecordStore(20, image, BYTE_NS)
+    store.save(record, 0)
+    store.advance(10_000 if until is None else until)
+    store.cut()
+    return bytes(store.memory)
+
+
+@pytest.mark.parametrize("record", [b"", b"x", bytes(range(20))])
+def test_a_long_record_comes_back_with_its_length(record: bytes) -> None:
+    """From none to all of the bytes that fit."""
+    assert LongRecordStore(20, long_stored(b"", record)).load() == record
+
+
+def test_a_short_record_takes_the_time_of_its_own_bytes() -> None:
+    """Two marks, sequence, length, record, check: not the whole slot."""
+    store = LongRecordStore(20, b"", BYTE_NS)
+    store.save(b"abc", 0)
+    store.advance(11 * BYTE_NS - 1)
+    assert store.load() is None
+    store.advance(11 * BYTE_NS)
+    assert (store.load(), store.due_at) == (b"abc", None)
+
+
+@pytest.mark.parametrize(("old", "new"), [(b"older, longer", b"new"), (b"old", b"newer, longer")])
+def test_a_power_cut_never_mixes_two_long_records(old: bytes, new: bytes) -> None:
+    """After each byte of storing there is the old or the new one."""
+    image = long_stored(long_stored(b"", old), old)
+    last = (len(new) + 8) * BYTE_NS
+    for until in range(0, last, BYTE_NS):
+        assert LongRecordStore(20, long_stored(image, new, until)).load() == old
+    assert LongRecordStore(20, long_stored(image, new, last)).load() == new
+
+
+def test_a_length_beyond_the_slot_makes_it_unreadable() -> None:
+    """No check can stand there."""
+    image = bytearray(long_stored(b"", b"abc"))
+    image[3] = 0xFF
+    assert LongRecordStore(20, bytes(image)).load() is None
+
+
+def test_what_is_being_stored_can_be_finished_at_once() -> None:
+    """A reset waits for it; without anything to store it does nothing."""
+    store = RecordStore(6, b"", BYTE_NS)
+    store.finish()
+    store.save(OLD, 0)
+    store.advance(5 * BYTE_NS)
+    store.finish()
+    assert (store.load(), store.due_at) == (OLD, None)
+
+
+def test_what_a_power_cut_has_ended_is_not_finished_later() -> None:
+    """The record is lost."""
+    store = RecordStore(6, b"", BYTE_NS)
+    store.save(OLD, 0)
+    store.cut()
+    store.finish()
+    assert store.load() is None
