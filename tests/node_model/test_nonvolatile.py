@@ -200,7 +200,7 @@ def test_a_power_cut_at_any_instant_leaves_the_old_or_the_new_set() -> None:
     first.set(*ALL, to=7)
     first.command(0x1010)
     image = first.memory.image()
-    seen = []
+    seen: list[list[int]] = []
     cut_at = 0
     while not seen or seen[-1] != [8, 8, 8]:
         device = Device(image)
