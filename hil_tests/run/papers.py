@@ -1,4 +1,7 @@
-"""What a run leaves for people: `report.html`. Made of its folder, at its end or later."""
+"""What a run leaves besides its results: `report.html` for people, `junit.xml` for CI systems.
+
+Both are made of its folder, at its end or later.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,7 @@ def write(folder: Path) -> str:
 
 
 def make_again(folder: Path) -> Path:
-    """Write `report.html` of a run, also of one that was killed.
+    """Write `report.html` and `junit.xml` of a run, also of one that was killed.
 
     Raises:
         ConfigError: it is no folder of a run, or cannot be written to.
@@ -39,6 +42,8 @@ def make_again(folder: Path) -> Path:
 
 def _report(folder: Path) -> Path:
     from hil_tests.reporting.html import write_report  # noqa: PLC0415 - jinja2, when needed
+    from hil_tests.reporting.junit import write_junit  # noqa: PLC0415 - with it
     from hil_tests.run.catalogue import mutants_by_requirement  # noqa: PLC0415
 
+    write_junit(folder)
     return write_report(folder, mutants_by_requirement())

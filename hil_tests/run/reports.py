@@ -9,6 +9,7 @@ import pytest
 
 from hil_tests.errors import BenchError
 from hil_tests.judge.verdict import DeviceFailure, InconclusiveResult
+from hil_tests.reporting.junit import properties_of
 from hil_tests.run import outcome, terminal
 from hil_tests.run.rows import Ending
 from hil_tests.run.session import BROKEN
@@ -16,6 +17,7 @@ from hil_tests.run.spread import KEY, Courier
 from hil_tests.run.stash import claimed
 
 if TYPE_CHECKING:
+    from hil_tests.reporting.rows import TestResult
     from hil_tests.run.session import Run
 
 SHOWN_AS_SKIP = (outcome.NOT_RUN, outcome.NOT_APPLICABLE, outcome.INCONCLUSIVE)
@@ -61,12 +63,13 @@ def conclude(
     test = item.nodeid if report.when != "teardown" else f"{item.nodeid} (teardown)"
     why = terminal.one_line(_why(error))
     ending = Ending(test, found, call.duration, claimed(item), text, _title(item))
-    trace = run.store(ending, why)
+    result = run.store(ending, why)
+    trace = result.trace.path if result.trace else ""
     if isinstance(run.ledger, Courier):
         setattr(report, f"{KEY}_parcel", run.ledger.parcel())
     report.nodeproof = found  # type: ignore[attr-defined]
     if report.when != "teardown":
-        _properties(item, report, found, trace)
+        _properties(item, report, result, run)
     _dress(report, found, text, error)
     if found == outcome.FAILED:
         tail = [f"  trace: {run.folder.path / trace}"] if trace else []
@@ -114,12 +117,12 @@ def _text(error: BaseException | None, run: Run, where: str) -> str:
     return f"{type(error).__name__}: {error}"
 
 
-def _properties(item: pytest.Item, report: pytest.TestReport, found: str, trace: str) -> None:
-    """What junit.xml says of a test besides its outcome."""
-    item.user_properties += [("requirement", name) for name in claimed(item)]
-    item.user_properties.append(("outcome", found))
-    if trace:
-        item.user_properties.append(("trace", trace))
+def _properties(
+    item: pytest.Item, report: pytest.TestReport, result: TestResult, run: Run
+) -> None:
+    """What pytest's own junit.xml says of a test besides its outcome."""
+    classes = {each.id: each.kind.value for each in run.plan.requirements.values()}
+    item.user_properties += list(properties_of(result, classes))
     report.user_properties = list(item.user_properties)
 
 

@@ -13,7 +13,7 @@ from hil_tests.bench.chronicle import mark_of
 from hil_tests.errors import BenchError
 from hil_tests.reporting.pcapng import PcapngSink
 from hil_tests.reporting.results import INTERRUPTED
-from hil_tests.reporting.rows import TraceFile
+from hil_tests.reporting.rows import TestResult, TraceFile
 from hil_tests.reporting.rundir import RunDirectory
 from hil_tests.run import outcome, rows
 from hil_tests.run.header import header
@@ -196,8 +196,8 @@ class Run:
         except BenchError as error:
             self.ledger.problem(error)
 
-    def store(self, ending: Ending, why: str) -> str:
-        """Write the result of a test, with the reason in a line; its record, "" = none."""
+    def store(self, ending: Ending, why: str) -> TestResult:
+        """Write the result of a test; `why` is the reason in a line."""
         bench = self._bench
         verdicts = list(bench.verdicts) if bench else []
         trace = self.keep(ending.outcome, ending.text)
@@ -216,7 +216,7 @@ class Run:
         if bench:
             bench.verdicts = []
         self.ledger.add(result.to_json(), why)
-        return trace.path if trace else ""
+        return result
 
     def reproduce(self, test: str) -> str:
         """A command line that repeats one test as it ran here."""
