@@ -24,6 +24,8 @@ from hil_tests.config import (
     KeypadProfile,
     Parameters,
 )
+from hil_tests.eds import Object as EdsObject
+from hil_tests.eds import Sheet
 from hil_tests.errors import FrameNotCarried
 from hil_tests.judge import cobs, matchers
 from hil_tests.judge.causal import Seen
@@ -58,6 +60,7 @@ __all__ = [
     "DeviceProfile",
     "Download",
     "DriveProfile",
+    "EdsObject",
     "EventKind",
     "Faults",
     "Frame",
@@ -83,6 +86,7 @@ __all__ = [
     "S",
     "Sdo",
     "Seen",
+    "Sheet",
     "State",
     "Upload",
     "Verdict",

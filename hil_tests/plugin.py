@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from hil_tests.bench.sdo import Sdo
     from hil_tests.config import DeviceProfile
     from hil_tests.config.limits import DeviceLimits
+    from hil_tests.eds import Sheet
 
 Facility = TypeVar("Facility")
 
@@ -143,8 +144,20 @@ def bitrate(bench: Bench) -> BitRate:
 def sdo(bench: Bench) -> Sdo:
     """The SDO client of the bench."""
     from hil_tests.bench.sdo import Sdo  # noqa: PLC0415 - where a test asks for it
+    from hil_tests.config import Cia301Limits  # noqa: PLC0415
 
-    return Sdo(bench)
+    limits = bench.profile.limits
+    return Sdo(bench, limits.sdo_ns) if isinstance(limits, Cia301Limits) else Sdo(bench)
+
+
+@pytest.fixture(scope="session")
+def sheet(bench: Bench) -> Sheet:
+    """The electronic data sheet of the device."""
+    from hil_tests.eds import read_sheet  # noqa: PLC0415 - where a test asks for it
+
+    if bench.profile.eds is None:
+        pytest.skip(f"{bench.profile.path} names no EDS; add eds = FILE to its [device]")
+    return read_sheet(bench.profile.eds)
 
 
 @pytest.fixture(scope="session")

@@ -16,7 +16,7 @@ from hil_tests.clients import sdo_frames
 from hil_tests.clients.accepted import Accepted, show_code
 from hil_tests.clients.sdo import Abort, Breach, Download, Requests, Transfer, Upload, show
 from hil_tests.clients.values import number
-from hil_tests.clock import MS, show_span
+from hil_tests.clock import MS, exactly, show_span
 from hil_tests.judge import matchers
 from hil_tests.judge.causal import Seen
 from hil_tests.judge.cobs import SDO_ANSWER, SDO_REQUEST, Nmt
@@ -122,7 +122,9 @@ class Sdo:
         text = f"{told}; the code is {show_code(code)}"
         self._bench.check(code in accepted, text, requirement=requirement)
         if code != accepted.preferred:
-            note = f"{what}: {show_code(code)}, where {accepted.preferred:08X}h says more"
+            note = (
+                f"{what} is refused with {show_code(code)}; others say {accepted.preferred:08X}h"
+            )
             self._bench.characteristic(requirement, note)
 
     @contextmanager
@@ -197,7 +199,8 @@ class Sdo:
         if answer is None:
             matcher = matchers.cob(self.answer_id, "an SDO answer")
             return bench.expect(matcher, after=request, within=within, requirement=requirement)
-        measured, limits = bench.when(answer).since(bench.when(request)), Limits(at_most_ns=within)
+        # Segments of a block follow each other: what counts is the end of the one before.
+        measured, limits = bench.when(answer).since(exactly(request.at)), Limits(at_most_ns=within)
         if limits.check(measured) is not Outcome.PASS:
             text = f"SDO answer {answer.frame} after {request.frame}"
             bench.measure(measured, limits, text, requirement=IN_TIME, since=request)

@@ -1,0 +1,167 @@
+"""Steps that the tests of CiA 301 share, and what they ask of the electronic data sheet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hil_tests.acceptance.nmt_steps import COMMAND_TO
+from hil_tests.api import (
+    Abort,
+    Cia301Bench,
+    EdsObject,
+    Moment,
+    Nmt,
+    NotApplicable,
+    Sdo,
+    Seen,
+    Sheet,
+    State,
+    matchers,
+    u8,
+    u16,
+)
+
+QUICK_MS = 100
+"""A heartbeat that soon shows the state."""
+
+DEVICE_TYPE, ERROR_REGISTER, ERROR_FIELD = 0x1000, 0x1001, 0x1003
+SYNC_ID, CYCLE, WINDOW, OVERFLOW = 0x1005, 0x1006, 0x1007, 0x1019
+GUARD_TIME, LIFE_FACTOR = 0x100C, 0x100D
+STORE, RESTORE = 0x1010, 0x1011
+EMCY_ID, INHIBIT = 0x1014, 0x1015
+CONSUMER, PRODUCER = 0x1016, 0x1017
+IDENTITY, BEHAVIOUR = 0x1018, 0x1029
+RPDO, TPDO = 0x1400, 0x1800
+"""Communication parameters of the first PDO; its mapping is 200h further on."""
+
+APPLICATION = range(0x2000, 0x10000)
+LIFE_GUARD_CODE = 0x8130
+COMMUNICATION_BIT = 0x10
+REACTION = {0: State.PRE_OPERATIONAL, 1: State.OPERATIONAL, 2: State.STOPPED}
+"""1029h:01 -> where a communication error leads from operational."""
+
+
+def shown(index: int, sub: int = 0) -> str:
+    """An object for people."""
+    return f"{index:04X}h:{sub:02X}"
+
+
+def needs(sheet: Sheet, *places: tuple[int, int]) -> None:
+    """Raise NotApplicable where the data sheet lacks one of these objects."""
+    for index, sub in places:
+        if sheet.get(index, sub) is None:
+            raise NotApplicable(f"the device has no {shown(index, sub)}: {sheet.file} lists none")
+
+
+def needs_writable(sheet: Sheet, *places: tuple[int, int]) -> None:
+    """Raise NotApplicable where one of these objects is not there, or cannot be written."""
+    needs(sheet, *places)
+    for index, sub in places:
+        found = sheet.get(index, sub)
+        if found is not None and not found.writable:
+            raise NotApplicable(f"{shown(index, sub)} of the device cannot be written")
+
+
+def first(found: Iterator[EdsObject], what: str) -> EdsObject:
+    """The first object of a kind; NotApplicable where there is none."""
+    for one in found:
+        return one
+    raise NotApplicable(f"the device has no object {what}")
+
+
+def writable_objects(sheet: Sheet) -> Iterator[EdsObject]:
+    """Objects of the application that can be read and written."""
+    return (one for one in sheet if one.index in APPLICATION and one.readable and one.writable)
+
+
+def long_object(sheet: Sheet) -> EdsObject:
+    """An object of the application that holds bytes of any number."""
+    found = (one for one in writable_objects(sheet) if one.kind.name == "DOMAIN")
+    return first(found, "of type DOMAIN that can be written")
+
+
+def plain_object(sheet: Sheet, size: int) -> EdsObject:
+    """A number of the application of so many bytes, without limits."""
+    found = (
+        one
+        for one in writable_objects(sheet)
+        if one.kind.size == size
+        and one.kind.name.startswith(("INTEGER", "UNSIGNED"))
+        and one.low is None
+        and one.high is None
+    )
+    return first(found, f"with a number of {size} bytes that can be written")
+
+
+def beats(sdo: Sdo, period_ms: int = QUICK_MS) -> None:
+    """The heartbeat comes so often from now on."""
+    sdo.write(PRODUCER, 0, u16(period_ms), requirement="C-HB-01")
+
+
+def quick(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> Seen:
+    """A regular start, and a heartbeat that soon shows the state.
+
+    Returns:
+        The boot-up.
+    """
+    needs_writable(sheet, (PRODUCER, 0))
+    boot = bench.start()
+    beats(sdo)
+    return boot
+
+
+def enter(bench: Cia301Bench, state: State, requirement: str = "C-NMT-04") -> Seen:
+    """Command the device into a state and see that it is there."""
+    command = bench.nmt(COMMAND_TO[state])
+    bench.expect_state(state, after=command, requirement=requirement)
+    return command
+
+
+def go(bench: Cia301Bench, state: State) -> Seen:
+    """Command the device into a state, and give it the time to get there."""
+    command = bench.nmt(COMMAND_TO[state])
+    bench.wait(bench.profile.limits.command_ns)
+    return command
+
+
+def reset(bench: Cia301Bench, command: Nmt = Nmt.RESET_NODE) -> Seen:
+    """Reset the device and await its boot-up (C-NMT-13).
+
+    Returns:
+        The boot-up.
+    """
+    sent = bench.nmt(command)
+    within = bench.profile.limits.boot_up_ns
+    boot_up = matchers.boot_up(bench.node_id)
+    return bench.expect(boot_up, after=sent, within=within, requirement="C-NMT-13")
+
+
+def without_heartbeat(sdo: Sdo, sheet: Sheet) -> None:
+    """Heartbeat off, so that guarding is served."""
+    if sheet.get(PRODUCER) is not None:
+        sdo.write(PRODUCER, 0, u16(0), requirement="C-HB-06")
+
+
+def guarded(sdo: Sdo, sheet: Sheet, guard_ms: int, factor: int) -> None:
+    """Guarding with that life time; the heartbeat is off."""
+    needs_writable(sheet, (GUARD_TIME, 0), (LIFE_FACTOR, 0))
+    without_heartbeat(sdo, sheet)
+    sdo.write(GUARD_TIME, 0, u16(guard_ms), requirement="C-NG-11")
+    sdo.write(LIFE_FACTOR, 0, u8(factor), requirement="C-NG-11")
+
+
+def expect_emcy(
+    bench: Cia301Bench, code: int, *, after: Seen | Moment, within: int, requirement: str
+) -> Seen:
+    """An EMCY with this code follows."""
+    matcher = matchers.emcy(bench.node_id, code=code)
+    return bench.expect(matcher, after=after, within=within, requirement=requirement)
+
+
+def refused(bench: Cia301Bench, outcome: bytes | Abort, what: str, requirement: str = "") -> Abort:
+    """The transfer was refused, with whatever code."""
+    text = f"{what} is refused"
+    if not isinstance(outcome, Abort):
+        bench.fail(f"{text}; it was done", requirement=requirement)
+    bench.check(True, text, requirement=requirement)
+    return outcome
