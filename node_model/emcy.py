@@ -199,7 +199,7 @@ class EmergencyProducer(QuietService):
     def _show_register(self) -> int:
         register = self.register()
         if self._od.has(ERROR_REGISTER):
-            self._od.put_number(ERROR_REGISTER, 0, register)
+            self._od.put(ERROR_REGISTER, 0, bytes((register,)))
         return register
 
     def _push(self, entry: int) -> None:
@@ -209,8 +209,8 @@ class EmergencyProducer(QuietService):
             return
         for sub in range(depth, 1, -1):
             od.put(ERROR_FIELD, sub, od.get(ERROR_FIELD, sub - 1))
-        od.put_number(ERROR_FIELD, 1, entry)
-        od.put_number(ERROR_FIELD, 0, min(od.number(ERROR_FIELD) + 1, depth))
+        od.put(ERROR_FIELD, 1, entry.to_bytes(4, "little"))
+        od.put(ERROR_FIELD, 0, bytes((min(od.number(ERROR_FIELD) + 1, depth),)))
 
     def _tell(self, data: bytes, now: int) -> None:
         if not self.is_valid():
@@ -249,5 +249,5 @@ class EmergencyProducer(QuietService):
 
     def _guard_behaviour(self, sub: int, data: bytes) -> None:  # noqa: ARG002  all alike
         """0 pre-operational, 1 no change, 2 stopped."""
-        if data[0] > 2:
+        if int.from_bytes(data, "little") > 2:
             raise SdoAbort(AbortCode.VALUE)

@@ -186,7 +186,7 @@ class NonVolatile(QuietService):
         """The configuration is not the one whose date 1020h tells (7.5.2.22)."""
         for sub in (1, 2):
             if self._od.has(VERIFY, sub):
-                self._od.put_number(VERIFY, sub, 0)
+                self._od.put(VERIFY, sub, bytes(4))
 
 
 def encode(content: Content) -> bytes:

@@ -199,7 +199,8 @@ class SyncService(QuietService):
 
     def _guard_overflow(self, sub: int, data: bytes) -> None:  # noqa: ARG002  a VAR
         """0 or 2 to 240, and only while there is no communication cycle."""
-        if data[0] == 1 or data[0] > 240:
+        greatest = int.from_bytes(data, "little")
+        if greatest == 1 or greatest > 240:
             raise SdoAbort(AbortCode.VALUE)
         if self._od.number(CYCLE_PERIOD):
             raise SdoAbort(AbortCode.DEVICE_STATE)

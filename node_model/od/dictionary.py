@@ -64,7 +64,7 @@ class ObjectDictionary:
 
     def number(self, index: int, sub: int = 0, default: int = 0) -> int:
         """An integer entry; `default` where there is none."""
-        entry = self.entries.get(key_of(index, sub))
+        entry = self.entries.get(index << 8 | sub)
         if entry is None:
             return default
         return int(entry.data_type.unpack(entry.value))

@@ -35,24 +35,30 @@ class Field:
     entry: Entry | None
 
 
-@dataclass(frozen=True, slots=True)
 class Mapping:
-    """The layout of a PDO."""
+    """The layout of a PDO.
 
-    fields: tuple[Field, ...] = ()
+    Args:
+        fields: its entries, the first in the lowest bits.
+    """
 
-    @property
-    def size(self) -> int:
+    __slots__ = ("_whole", "fields", "keys", "size")
+
+    def __init__(self, fields: tuple[Field, ...] = ()) -> None:
+        self.fields = fields
+        self.size = (sum(field.bits for field in fields) + 7) // 8
         """Bytes of the PDO."""
-        return (sum(field.bits for field in self.fields) + 7) // 8
-
-    @property
-    def keys(self) -> frozenset[tuple[int, int]]:
+        entries = [field.entry for field in fields if field.entry]
+        self.keys = frozenset((entry.index, entry.sub) for entry in entries)
         """Index and sub-index of all objects that it carries."""
-        return frozenset((f.entry.index, f.entry.sub) for f in self.fields if f.entry)
+        bits = [8 * entry.data_type.size for entry in entries]
+        self._whole = entries if bits == [field.bits for field in fields] else None
 
     def pack(self) -> bytes:
         """The values of the objects now, as they travel."""
+        if self._whole is not None:
+            # Nearly every PDO: whole bytes, and nothing but objects.
+            return b"".join([entry.value for entry in self._whole])
         number, place = 0, 0
         for field in self.fields:
             if field.entry is not None:

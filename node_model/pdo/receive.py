@@ -104,6 +104,11 @@ class Rpdo:
 
     # What decides.
 
+    @property
+    def lives(self) -> bool:
+        """It can take effect, or has errors to take back."""
+        return self.active or self._over_at is not None
+
     def is_synchronous(self) -> bool:
         """It waits for the next SYNC."""
         return self._type not in EVENTS

@@ -63,6 +63,7 @@ class PdoService(QuietService):
         self._applied = applied
         self._turnaround_ns = turnaround_ns
         self._waiting: list[tuple[int, Frame]] = []
+        # The parameters of each PDO are observed by itself first, then here.
         self.tpdos = [tpdo(od, index) for index in sorted(od.indices) if self._is(index, TPDOS)]
         self.rpdos = [
             rpdo(od, index, errors, self._write)
@@ -70,6 +71,10 @@ class PdoService(QuietService):
             if self._is(index, RPDOS)
         ]
         self._pdos: tuple[Rpdo | Tpdo, ...] = (*self.rpdos, *self.tpdos)
+        self._living_rpdos: tuple[Rpdo, ...] = ()
+        self._living_tpdos: tuple[Tpdo, ...] = ()
+        for pdo in self._pdos:
+            od.observe(pdo.parameters.index, self._set_up)
         for index in sorted({entry.index for entry in od.entries.values() if entry.pdo}):
             od.observe(index, partial(self.written, index))
         sync.tell(self.on_sync)
@@ -103,6 +108,7 @@ class PdoService(QuietService):
             rpdo.begin()
         for tpdo in self.tpdos:
             tpdo.begin(now)
+        self._see_who_lives()
         return self.advance(now)
 
     def receive(self, frame: Frame, now: int) -> Frames:
@@ -111,12 +117,12 @@ class PdoService(QuietService):
             return NOTHING
         frames = NOTHING
         if frame.remote:
-            for tpdo in self.tpdos:
+            for tpdo in self._living_tpdos:
                 if tpdo.parameters.can_id() == frame.can_id:
                     frames = (*frames, *tpdo.on_remote(now))
             return frames
         window_open = self._sync.is_open(now)
-        for rpdo in self.rpdos:
+        for rpdo in self._living_rpdos:
             if rpdo.parameters.can_id() == frame.can_id:
                 frames = (*frames, *rpdo.on_data(frame.data, window_open, now))
         return frames
@@ -126,14 +132,20 @@ class PdoService(QuietService):
         frames = NOTHING
         while (due := self.deadline()) is not None and due <= now:
             frames = (*frames, *self._send_synchronous(due))
-            for pdo in self._pdos:
-                frames = (*frames, *pdo.advance(due))
+            for rpdo in self._living_rpdos:
+                frames = (*frames, *rpdo.advance(due))
+            for tpdo in self._living_tpdos:
+                frames = (*frames, *tpdo.advance(due))
         return frames
 
     def deadline(self) -> int | None:
         """The next PDO to send or to miss."""
-        waiting = self._waiting[0][0] if self._waiting else None
-        return earliest(waiting, *(pdo.deadline() for pdo in self._pdos))
+        soonest = self._waiting[0][0] if self._waiting else None
+        for rpdo in self._living_rpdos:
+            soonest = earliest(soonest, rpdo.deadline())
+        for tpdo in self._living_tpdos:
+            soonest = earliest(soonest, tpdo.deadline())
+        return soonest
 
     def stop(self) -> None:
         """No PDO lives any more."""
@@ -146,6 +158,16 @@ class PdoService(QuietService):
         self._waiting = []
         for pdo in self._pdos:
             pdo.end()
+        self._see_who_lives()
+
+    def _see_who_lives(self) -> None:
+        """Keep to those that do something: most PDOs of a device are off."""
+        self._living_rpdos = tuple(rpdo for rpdo in self.rpdos if rpdo.lives)
+        self._living_tpdos = tuple(tpdo for tpdo in self.tpdos if tpdo.active)
+
+    def _set_up(self, sub: int, now: int) -> None:  # noqa: ARG002  any parameter
+        """A client has written a parameter of a PDO."""
+        self._see_who_lives()
 
     # What others tell.
 
@@ -159,7 +181,7 @@ class PdoService(QuietService):
 
     def written(self, index: int, sub: int, now: int) -> None:
         """An object has a new value: event-driven TPDOs that map it become due."""
-        for tpdo in self.tpdos:
+        for tpdo in self._living_tpdos:
             tpdo.on_change((index, sub), now)
 
     # What decides.
@@ -176,14 +198,14 @@ class PdoService(QuietService):
 
     def take_received(self, now: int) -> None:
         """What RPDOs have brought since the last SYNC takes effect."""
-        for rpdo in self.rpdos:
+        for rpdo in self._living_rpdos:
             rpdo.on_sync(now)
 
     def sample(self, counter: int | None, now: int) -> list[tuple[int, Frame]]:
         """The synchronous TPDOs of this SYNC, and when each is sent."""
         due = now
         waiting = []
-        for tpdo in self.tpdos:
+        for tpdo in self._living_tpdos:
             data = tpdo.on_sync(counter)
             if data is not None:
                 due += self._turnaround_ns

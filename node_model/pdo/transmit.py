@@ -29,6 +29,7 @@ class Tpdo:
         self._mapping = Mapping()
         self._keys: frozenset[tuple[int, int]] = frozenset()
         self._type = 0
+        self._can_id = 0
         self._clear()
 
     def _clear(self) -> None:
@@ -53,6 +54,7 @@ class Tpdo:
         self._mapping = self.parameters.mapping()
         self._keys = self._mapping.keys
         self._type = self.parameters.type()
+        self._can_id = self.parameters.can_id()
         self.active = self.parameters.is_valid() and self._mapping.size > 0
         if self.active:
             self._waits = self.parameters.start_value() > 0
@@ -150,7 +152,7 @@ class Tpdo:
 
     def frame(self, data: bytes) -> Frame:
         """It, with these data."""
-        return data_frame(self.parameters.can_id(), data)
+        return data_frame(self._can_id, data)
 
     # What it does.
 

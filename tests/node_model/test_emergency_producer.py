@@ -344,6 +344,7 @@ FAULTS = [OVERCURRENT, UNDERVOLTAGE, OVERVOLTAGE, HEARTBEAT_LOST, Fault(0xFF01, 
 STEPS = st.lists(st.tuples(st.booleans(), st.integers(0, 4)), max_size=40)
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(steps=STEPS)
 def test_any_sequence_of_errors_leaves_the_history_that_it_was(

@@ -162,6 +162,7 @@ def test_a_new_life_time_after_the_event_waits_for_a_poll() -> None:
     assert len(guarded.reports.active) == 1
 
 
+@pytest.mark.slow
 @settings(max_examples=100, deadline=None)
 @given(gaps=st.lists(st.integers(1, 700), max_size=20))
 def test_events_are_exactly_the_gaps_of_a_life_time(gaps: list[int]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -103,6 +104,7 @@ def test_a_producer_follows_its_own_sync() -> None:
 RPDOS = st.lists(st.tuples(st.booleans(), st.integers(0, 1500)), max_size=30)
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(window_us=st.integers(0, 1000), steps=RPDOS, turnaround_us=st.integers(0, 400))
 def test_any_phase_of_syncs_and_rpdos_keeps_the_window(

@@ -189,6 +189,7 @@ def test_a_late_call_sends_all_that_was_due() -> None:
     assert axis.pdos.deadline() == 40 * MS
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(
     gaps=st.lists(st.integers(0, 5_000), min_size=1, max_size=30),
