@@ -35,6 +35,7 @@ class Facts:
         entries: its objects for a node id, with the values of the factory; new ones each time.
         bit_rates: bit/s that it can have.
         window_unit_ns: what one step of 1007h is.
+        turnaround_ns: from a SYNC to the first synchronous TPDO, and from each to the next.
         faults: errors that a bench can raise, by name.
         settings: power-on values that a bench asked for, by index: 1017h.
     """
@@ -45,6 +46,7 @@ class Facts:
     entries: Callable[[int], Iterable[Entry]]
     bit_rates: frozenset[int] = frozenset(BIT_RATES.values())
     window_unit_ns: int = US
+    turnaround_ns: int = 0
     faults: Mapping[str, Fault] = field(default_factory=lambda: MappingProxyType({}))
 
 
@@ -103,7 +105,15 @@ class Services:
         self.emcy = emcy(od, node_id, change)
         self.sdo = parts.sdo(od, node_id)
         self.sync = parts.sync(od, self.emcy, facts.window_unit_ns)
-        self.pdo = parts.pdo(od, self.emcy, self.sync, applied, tpdo=parts.tpdo, rpdo=parts.rpdo)
+        self.pdo = parts.pdo(
+            od,
+            self.emcy,
+            self.sync,
+            applied,
+            facts.turnaround_ns,
+            tpdo=parts.tpdo,
+            rpdo=parts.rpdo,
+        )
         self.nonvolatile = parts.nonvolatile(od, image)
         self.row: tuple[Service, ...] = (
             self.emcy,

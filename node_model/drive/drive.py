@@ -11,7 +11,10 @@ from node_model.drive.axis import Axis
 from node_model.drive.profile import Profile
 from node_model.drive.sheet import entries_of
 from node_model.nmt import NmtCommand
-from node_model.node import Frames
+from node_model.node import US, Frames
+
+TURNAROUND_NS = 300 * US
+"""From a SYNC to TPDO 1, and from each to the next: four of them need more than one ms."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +32,7 @@ def facts_of(profile: Profile) -> Facts:
         profile.factory.bit_rate,
         partial(entries_of, profile.eds),
         window_unit_ns=profile.window_unit_ns,
+        turnaround_ns=TURNAROUND_NS,
         faults=profile.faults,
     )
 

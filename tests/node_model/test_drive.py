@@ -206,10 +206,21 @@ def test_a_sync_takes_set_points_and_sends_actual_values() -> None:
     rig = enabled()
     assert rig.send(0x205, 0x0F, 0, 0xF4, 1, 0, 0) == []
     assert rig.read(0x607A) == 0
-    assert rig.sync() == [Frame(0x185, bytes((0x37, 2, 0, 0, 0, 0)))]
+    assert rig.sync() == []
     assert rig.read(0x607A) == 500
+    assert rig(100.3) == [Frame(0x185, bytes((0x37, 2, 0, 0, 0, 0)))]
     rig(102)
-    assert rig.sync() == [Frame(0x185, bytes((0x37, 2, 0xF4, 1, 0, 0)))]
+    rig.sync()
+    assert rig(103) == [Frame(0x185, bytes((0x37, 2, 0xF4, 1, 0, 0)))]
+
+
+def test_an_actual_value_that_misses_the_window_is_not_sent() -> None:
+    """It needs 300 us: a window as long lets it through, a shorter one does not."""
+    rig = running()
+    for window, sent in ((300, 1), (299, 0), (0, 1)):
+        rig.write(0x1007, 0, window, 4)
+        rig.sync()
+        assert len(rig(rig.now / MS + 5)) == sent
 
 
 @pytest.mark.parametrize(
