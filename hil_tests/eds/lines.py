@@ -1,8 +1,8 @@
 """An EDS file as sections and options with their lines; nothing is interpreted yet.
 
 Laws: reading takes time in proportion to the size of the file, and no file breaks it. Names
-of sections and options are compared without regard to case. Of two options or sections with
-one name the first counts, and the second is a finding.
+of sections and options are compared without regard to case. Two sections with one name are
+read as one, of two options the first counts; each is a finding.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 from hil_tests.eds.findings import Finding, Severity
 from hil_tests.errors import ConfigError
 
-LARGEST = 32 << 20
+LARGEST = 8 << 20
 """Bytes of a file; real ones have some hundred thousand."""
 
 SYNTAX = "C-EDS-01"
@@ -160,7 +160,7 @@ def _begun(document: Document, line: str, number: int) -> Section:
             f"section [{_short(name)}] was there in line {first.line}",
             "merge the two",
         )
-    return section
+    return first
 
 
 def _take(document: Document, section: Section, line: str, number: int) -> None:

@@ -28,6 +28,8 @@ INDEX = re.compile(r"[0-9a-f]{4}")
 _TYPES = range(0x1000)
 """Indices below are no objects but data types."""
 _HIGHEST_SUB = 0xFE
+MOST_OBJECTS = 50_000
+"""Real devices have up to some thousands; a few lines can describe millions."""
 DOMAIN_OBJECT = 2
 
 
@@ -145,11 +147,15 @@ def sheet_of(document: Document) -> Sheet:
             f"add [{index:04X}] with ObjectType=0x9 and SubNumber",
         )
         heads[index] = Section(f"{index:04X}", section.line)
-    groups = {
-        index: _group(document, heads[index], index, subs.get(index, {}))
-        for index in sorted(heads)
-        if index not in _TYPES
-    }
+    groups: dict[int, Group] = {}
+    left = MOST_OBJECTS
+    for index in sorted(heads):
+        if index not in _TYPES and left > 0:
+            group = groups[index] = _group(document, heads[index], index, subs.get(index, {}))
+            left -= len(group.objects)
+    if left <= 0:
+        text = f"there are more than {MOST_OBJECTS} objects"
+        document.error(0, STRUCTURE, text, "split the file; the rest was not read")
     objects = {(o.index, o.sub): o for group in groups.values() for o in group.objects}
     device = _device(document)
     findings = tuple(sorted(document.findings, key=lambda finding: finding.line))
@@ -164,18 +170,17 @@ def _group(document: Document, head: Section, index: int, subs: Mapping[int, Sec
             head.line, STRUCTURE, f"[{head.name}] CompactSubObj is {compact}", "write 0..254"
         )
         compact = min(max(compact, 0), _HIGHEST_SUB)
-    objects: list[Object] = []
+    objects: dict[int, Object] = {}
     if object_type in {ARRAY, RECORD} or subs:
         if compact:
-            objects += _compact(document, head, index, compact)
-        known = {each.sub for each in objects}
-        for sub in sorted(subs):
-            found = None if sub in known else read_object(document, subs[sub], index, sub)
-            objects += [found] if found else []
+            objects = {each.sub: each for each in _compact(document, head, index, compact)}
+        for sub, section in subs.items():
+            if found := read_object(document, section, index, sub):
+                objects[sub] = found
     elif object_type == DOMAIN_OBJECT and head.get("DataType") is None:
-        objects.append(_domain(document, head, index))
+        objects[0] = _domain(document, head, index)
     elif found := read_object(document, head, index, 0):
-        objects.append(found)
+        objects[0] = found
     told = head.get("SubNumber")
     return Group(
         index=index,
@@ -184,7 +189,7 @@ def _group(document: Document, head: Section, index: int, subs: Mapping[int, Sec
         object_type=object_type,
         sub_number=number_option(document, head, "SubNumber", 0) if told else None,
         compact=compact,
-        objects=tuple(objects),
+        objects=tuple(objects[sub] for sub in sorted(objects)),
     )
 
 

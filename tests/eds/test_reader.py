@@ -224,12 +224,25 @@ def test_a_file_that_cannot_be_opened_is_named(tmp_path: Path) -> None:
 
 
 def test_a_file_without_end_is_refused(tmp_path: Path) -> None:
-    """More than 32 MiB is no EDS."""
+    """More than 8 MiB is no EDS."""
     path = tmp_path / "big.eds"
     with path.open("wb") as file:
-        file.truncate(1 + (32 << 20))
-    with pytest.raises(ConfigError, match="32 MiB"):
+        file.truncate(1 + (8 << 20))
+    with pytest.raises(ConfigError, match="8 MiB"):
         read_sheet(path)
+
+
+@pytest.mark.slow
+def test_a_few_lines_cannot_describe_millions_of_objects() -> None:
+    """Past 50 000 the reader stops and says so; a compact object without type is none."""
+    bomb = "".join(
+        f"[{index:X}]\nObjectType=8\nDataType=5\nAccessType=ro\nCompactSubObj=254\n"
+        for index in range(0x2000, 0x2100)
+    )
+    read = sheet(bomb)
+    assert 50_000 <= len(read.objects) < 50_300
+    assert "more than 50000 objects" in read.findings[0].text
+    assert sheet("[2000]\nObjectType=8\nCompactSubObj=254\n").objects == {}
 
 
 PARTS = """[1000]~|[1000sub1]|[|]|=|~|DataType|=0x0007~|\0|$NODEID|ObjectType=8~|DefaultValue=|
