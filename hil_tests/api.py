@@ -27,7 +27,7 @@ from hil_tests.config import (
 from hil_tests.eds import Object as EdsObject
 from hil_tests.eds import Sheet
 from hil_tests.errors import FrameNotCarried
-from hil_tests.judge import cobs, matchers
+from hil_tests.judge import cobs, emergencies, matchers, window
 from hil_tests.judge.causal import Seen
 from hil_tests.judge.cobs import Nmt, State, nmt_frame
 from hil_tests.judge.periodic import around, judge_periodic
@@ -94,6 +94,7 @@ __all__ = [
     "accepted",
     "around",
     "cobs",
+    "emergencies",
     "exactly",
     "judge_periodic",
     "lss",
@@ -106,4 +107,5 @@ __all__ = [
     "u8",
     "u16",
     "u32",
+    "window",
 ]

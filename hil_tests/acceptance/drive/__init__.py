@@ -1,0 +1,1 @@
+"""Acceptance tests of a drive: SYNC and synchronous PDOs, emergency messages and errors."""
