@@ -19,6 +19,7 @@ from hil_tests.clock import MS, Interval, S, exactly, show_span
 from hil_tests.config import (
     ECHO_PERIOD_NS,
     Cia301Profile,
+    DeviceFault,
     DeviceProfile,
     DriveProfile,
     KeypadProfile,
@@ -57,6 +58,7 @@ __all__ = [
     "Cia301Bench",
     "Cia301Profile",
     "DeviceFailure",
+    "DeviceFault",
     "DeviceProfile",
     "Download",
     "DriveProfile",

@@ -83,10 +83,10 @@ def told(
         for name in errors
         if name in came
     ]
-    if gone:
-        messages += [Message(NO_ERROR, register, needed=not after)] * (
-            1 if not after else len(gone)
-        )
+    if gone and not after:
+        messages.append(Message(NO_ERROR, register))
+    elif gone:
+        messages += [Message(NO_ERROR, register, needed=False)] * len(gone)
     return messages
 
 

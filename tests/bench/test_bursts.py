@@ -25,7 +25,8 @@ from node_model.world import World
 
 PROFILE = load_keypad("keypad")
 KEYPADS = [
-    name for name, each in {**faults.MUTANTS, **faults.VARIANTS}.items() if each.kind == "keypad"
+    *(name for name, each in faults.MUTANTS.items() if each.kind == "keypad"),
+    *(name for name, each in faults.VARIANTS.items() if each.kind == "keypad"),
 ]
 NAMES = (None, *sorted(KEYPADS))
 LOAD = [Frame(0x100 + n, bytes(range(n))) for n in range(9)]

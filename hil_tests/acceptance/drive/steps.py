@@ -32,8 +32,6 @@ COB_ID, TYPE, INHIBIT, TIMER, START = 1, 2, 3, 5, 6
 
 INVALID, NO_REMOTE = 1 << 31, 1 << 30
 PDOS = 4
-ENABLED = 0x000F
-"""Control word that lets the axis move, once 06h and 07h went before (CiA 402)."""
 SPARE_ID = 0x101
 """An identifier that no service has, before those of PDOs in arbitration."""
 
