@@ -9,8 +9,19 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from hil_tests.clock import S
+from hil_tests.decode_facts import (
+    ERROR_CONTROL,
+    LSS_ANSWER,
+    LSS_REQUEST,
+    SDO_ANSWER,
+    SDO_REQUEST,
+    UNKNOWN,
+    Facts,
+    facts,
+)
 from hil_tests.decode_keypad import decode_keypad
-from hil_tests.decode_sdo import count_bytes, lss, sdo_answer, sdo_request, show_bytes
+from hil_tests.decode_lss import show_lss
+from hil_tests.decode_sdo import count_bytes, show_bytes, show_sdo
 from hil_tests.trace import Trace
 from node_model.frame import Frame
 
@@ -65,11 +76,6 @@ _EMCY = {
 }
 """Error codes, or their high byte where the low one is free (CiA 301, table 26)."""
 
-_PDOS = ("TPDO1", "RPDO1", "TPDO2", "RPDO2", "TPDO3", "RPDO3", "TPDO4", "RPDO4")
-"""Of the pre-defined connection set from 180h on, 80h apart."""
-
-_LSS_REQUEST, _LSS_ANSWER = 0x7E5, 0x7E4
-
 
 def decode(frame: Frame, node_id: int | None, kind: str = "keypad") -> str:
     """What a frame means.
@@ -88,17 +94,13 @@ def decode(frame: Frame, node_id: int | None, kind: str = "keypad") -> str:
     known = decode_keypad(frame, node_id) if kind == "keypad" else ""
     if known:
         return known
-    fixed = _FIXED.get(frame.can_id)
-    if fixed and not frame.remote:
-        return fixed(frame.data)
-    base, node = frame.can_id & 0x780, frame.can_id & 0x7F
-    named = _BY_BASE.get(base) if node else None
-    if named is None:
+    seen = facts(frame)
+    if seen.function == UNKNOWN or (frame.remote and seen.node is None):
         return f"unknown{_remote(frame)}: {_raw(frame)}"
-    name, read = named
     if frame.remote:
-        return f"remote request to node {node} for {name}"
-    return read(node, frame.data)
+        name = _ASKED_FOR.get(seen.function, seen.function)
+        return f"remote request to node {seen.node} for {name}"
+    return _WORDS.get(seen.function, _pdo)(seen)
 
 
 def show_frames(
@@ -166,21 +168,23 @@ def _odd(data: bytes, size: int) -> str:
 # Services of CiA 301 with an identifier of their own.
 
 
-def _nmt(data: bytes) -> str:
-    if len(data) < 2:
+def _nmt(seen: Facts) -> str:
+    data = seen.data
+    if seen.command is None or seen.target is None:
         return f"NMT command of {count_bytes(len(data))} instead of 2: {show_bytes(data)}"
-    command = _COMMANDS.get(data[0], f"unknown command {data[0]:02X}h")
-    target = f"node {data[1]}" if data[1] else "all"
+    command = _COMMANDS.get(seen.command, f"unknown command {seen.command:02X}h")
+    target = f"node {seen.target}" if seen.target else "all"
     return f"NMT {command} -> {target}{_odd(data, 2)}"
 
 
-def _sync(data: bytes) -> str:
-    if len(data) == 1:
-        return f"SYNC, counter {data[0]}"
-    return f"SYNC{_odd(data, 0)}"
+def _sync(seen: Facts) -> str:
+    if seen.counter is not None:
+        return f"SYNC, counter {seen.counter}"
+    return f"SYNC{_odd(seen.data, 0)}"
 
 
-def _time(data: bytes) -> str:
+def _time(seen: Facts) -> str:
+    data = seen.data
     if len(data) != 6:
         return f"TIME{_odd(data, 6)}: {show_bytes(data)}"
     ms = int.from_bytes(data[:4], "little") & 0x0FFF_FFFF
@@ -188,49 +192,47 @@ def _time(data: bytes) -> str:
     return f"TIME: {ms} ms after midnight, day {days} since 1984-01-01"
 
 
-_FIXED: dict[int, Callable[[bytes], str]] = {
-    0x000: _nmt,
-    0x080: _sync,
-    0x100: _time,
-    _LSS_REQUEST: lambda data: lss(data, "LSS request"),
-    _LSS_ANSWER: lambda data: lss(data, "LSS answer"),
-}
-
-
 # Services of a node in the pre-defined connection set.
 
 
-def _emcy(node: int, data: bytes) -> str:
-    if len(data) < 3:
-        return f"EMCY of node {node}{_odd(data, 8)}: {show_bytes(data)}"
-    code = int.from_bytes(data[:2], "little")
+def _emcy(seen: Facts) -> str:
+    data, code = seen.data, seen.code
+    if code is None or seen.register is None:
+        return f"EMCY of node {seen.node}{_odd(data, 8)}: {show_bytes(data)}"
     meaning = _EMCY.get(code) or _EMCY.get(code >> 8) or "unknown code"
     more = f", {show_bytes(data[3:])}" if any(data[3:]) else ""
-    return (
-        f"EMCY of node {node}: {code:04X}h {meaning}, register {data[2]:02X}h{more}{_odd(data, 8)}"
-    )
+    told = f"{code:04X}h {meaning}, register {seen.register:02X}h{more}{_odd(data, 8)}"
+    return f"EMCY of node {seen.node}: {told}"
 
 
-def _error_control(node: int, data: bytes) -> str:
-    if len(data) != 1:
+def _error_control(seen: Facts) -> str:
+    node, data, told = seen.node, seen.data, seen.state
+    if told is None:
         return f"error control of node {node}{_odd(data, 1)}: {show_bytes(data)}"
-    if data[0] == 0:
+    if told == 0 and not seen.toggle:
         return f"boot-up of node {node}"
-    state = _STATES.get(data[0] & 0x7F, f"unknown state {data[0] & 0x7F:02X}h")
-    if data[0] & 0x80:
+    state = _STATES.get(told, f"unknown state {told:02X}h")
+    if seen.toggle:
         return f"guarding answer of node {node}: {state}, toggle 1"
     return f"heartbeat of node {node}: {state}"
 
 
-def _pdo(name: str) -> Callable[[int, bytes], str]:
-    end = "of" if name.startswith("T") else "to"
-    return lambda node, data: f"{name} {end} node {node}: {show_bytes(data)}"
+def _pdo(seen: Facts) -> str:
+    end = "of" if seen.function.startswith("T") else "to"
+    return f"{seen.function} {end} node {seen.node}: {show_bytes(seen.data)}"
 
 
-_BY_BASE: dict[int, tuple[str, Callable[[int, bytes], str]]] = {
-    0x080: ("EMCY", _emcy),
-    **{0x180 + 0x80 * place: (name, _pdo(name)) for place, name in enumerate(_PDOS)},
-    0x580: ("SDO answer", sdo_answer),
-    0x600: ("SDO request", sdo_request),
-    0x700: ("error control (guarding)", _error_control),
+_ASKED_FOR = {ERROR_CONTROL: "error control (guarding)"}
+
+_WORDS: dict[str, Callable[[Facts], str]] = {
+    "NMT": _nmt,
+    "SYNC": _sync,
+    "TIME": _time,
+    "EMCY": _emcy,
+    ERROR_CONTROL: _error_control,
+    SDO_REQUEST: lambda seen: f"SDO request to node {seen.node}: {show_sdo(seen.sdo, seen.data)}",
+    SDO_ANSWER: lambda seen: f"SDO answer of node {seen.node}: {show_sdo(seen.sdo, seen.data)}",
+    LSS_REQUEST: lambda seen: show_lss(seen.data, LSS_REQUEST),
+    LSS_ANSWER: lambda seen: show_lss(seen.data, LSS_ANSWER),
 }
+"""By function; all others are PDOs."""

@@ -50,6 +50,7 @@ SERVICES = {
     "705#04": "heartbeat of node 5: stopped",
     "705#7F": "heartbeat of node 5: pre-operational",
     "705#2A": "heartbeat of node 5: unknown state 2Ah",
+    "705#80": "guarding answer of node 5: initialising, toggle 1",
     "705#85": "guarding answer of node 5: operational, toggle 1",
     "705#0500": "error control of node 5 (2 bytes instead of 1): 05 00",
     "705#R1": "remote request to node 5 for error control (guarding)",
@@ -113,12 +114,31 @@ TRANSFERS = {
     "585#6017100000000000": "SDO answer of node 5: written 1017h:00",
     "585#8000200000000206": "SDO answer of node 5: abort of 2000h:00: 06020000h no such object",
     "605#8000200078563412": "SDO request to node 5: abort of 2000h:00: 12345678h unknown code",
-    "605#6000000000000000": "SDO request to node 5: segment, command 60h: 00 00 00 00 00 00 00",
-    "585#0041424300000000": "SDO answer of node 5: segment, command 00h: 41 42 43 00 00 00 00",
-    "605#A008100020000000": "SDO request to node 5: block read 1008h:00",
-    "605#A300000000000000": (
-        "SDO request to node 5: block transfer, command A3h: 00 00 00 00 00 00 00"
+    "605#6000000000000000": "SDO request to node 5: next segment, toggle 0",
+    "605#7000000000000000": "SDO request to node 5: next segment, toggle 1",
+    "585#0041424344454647": ("SDO answer of node 5: segment, toggle 0: 41 42 43 44 45 46 47"),
+    "585#1B41420000000000": "SDO answer of node 5: segment, toggle 1, last: 41 42",
+    "605#0041424344454647": ("SDO request to node 5: segment, toggle 0: 41 42 43 44 45 46 47"),
+    "585#3000000000000000": "SDO answer of node 5: segment written, toggle 1",
+    "605#A408100020000000": (
+        "SDO request to node 5: block read 1008h:00, 32 segments a block, with CRC"
     ),
+    "605#A300000000000000": "SDO request to node 5: block read, start",
+    "605#A2057F0000000000": (
+        "SDO request to node 5: block read, received up to segment 5, 127 segments a block"
+    ),
+    "605#A100000000000000": "SDO request to node 5: block read, end",
+    "585#C61F100110000000": "SDO answer of node 5: block read 101Fh:01, 16 bytes, with CRC",
+    "585#C934120000000000": "SDO answer of node 5: block read, end, CRC 1234h, 2 bytes unused",
+    "605#C01F100110000000": "SDO request to node 5: block write 101Fh:01",
+    "585#A01F10017F000000": ("SDO answer of node 5: block write 101Fh:01, 127 segments a block"),
+    "585#A2027F0000000000": (
+        "SDO answer of node 5: block write, received up to segment 2, 127 segments a block"
+    ),
+    "605#C534120000000000": "SDO request to node 5: block write, end, CRC 1234h, 1 byte unused",
+    "585#A100000000000000": "SDO answer of node 5: block write, end",
+    "585#A300000000000000": "SDO answer of node 5: unknown command A3h: 00 00 00 00 00 00 00",
+    "585#C61F1001": ("SDO answer of node 5: block read 101Fh:01, with CRC (4 bytes instead of 8)"),
     "605#E000000000000000": "SDO request to node 5: unknown command E0h: 00 00 00 00 00 00 00",
     "605#400010": "SDO request to node 5: 40 00 10 (3 bytes instead of 8)",
     "605#40001000": "SDO request to node 5: read 1000h:00 (4 bytes instead of 8)",
@@ -132,8 +152,16 @@ TRANSFERS = {
     "7E5#5A00000000000000": "LSS request: inquire vendor",
     "7E4#1100000000000000": "LSS answer: configure node id, done",
     "7E4#1101000000000000": "LSS answer: configure node id, error 1",
-    "7E4#5A78563412000000": "LSS answer: inquire vendor (78 56 34 12 00 00 00)",
-    "7E5#99": "LSS request: unknown service 99h",
+    "7E4#5A78563412000000": "LSS answer: inquire vendor 12345678h",
+    "7E4#5A7856": "LSS answer: inquire vendor (78 56) (3 bytes instead of 8)",
+    "7E4#5E05000000000000": "LSS answer: inquire node id 5",
+    "7E5#4378563412000000": "LSS request: switch mode selective: serial number 12345678h",
+    "7E5#4878563412000000": "LSS request: identify remote device: revision low 12345678h",
+    "7E4#4F00000000000000": "LSS answer: identified",
+    "7E5#15E8030000000000": "LSS request: activate bit timing after 1000 ms",
+    "7E5#5178563412080203": "LSS request: fastscan 12345678h, bit 8, part 2, next part 3",
+    "7E5#5178563412": "LSS request: fastscan (78 56 34 12) (5 bytes instead of 8)",
+    "7E5#99": "LSS request: unknown service 99h (1 byte instead of 8)",
     "7E5#": "LSS request without data",
 }
 
