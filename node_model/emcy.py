@@ -111,7 +111,9 @@ class EmergencyProducer(QuietService):
 
     def start(self, now: int) -> Frames:
         """No errors, as after power-on."""
-        self._forget()
+        self.errors.clear()
+        self._queue.clear()
+        self._sent_at = None
         self._show_register()
         return super().start(now)
 
@@ -135,16 +137,6 @@ class EmergencyProducer(QuietService):
             return None
         free_at = self._since if self._sent_at is None else self._sent_at + self.inhibit_ns()
         return max(self._since, free_at)
-
-    def stop(self) -> None:
-        """Every error is forgotten."""
-        super().stop()
-        self._forget()
-
-    def _forget(self) -> None:
-        self.errors.clear()
-        self._queue.clear()
-        self._sent_at = None
 
     # What decides.
 

@@ -40,7 +40,6 @@ class NodeGuarding(QuietService):
         self._toggle = 0
         self._lapse_at: int | None = None
         self._over_at: int | None = None
-        self._lost = False
         for index in (GUARD_TIME, LIFE_TIME_FACTOR, PRODUCER_TIME):
             od.observe(index, self._written)
 
@@ -64,12 +63,11 @@ class NodeGuarding(QuietService):
 
     def advance(self, now: int) -> Frames:
         """A life guarding event, or the end of one that is not watched for any more."""
-        frames = NOTHING
         if self._over_at is not None and self._over_at <= now:
-            frames = (*frames, *self._recover(now))
+            return self._recover(now)
         if self._lapse_at is not None and self._lapse_at <= now:
-            frames = (*frames, *self._lapse(self._lapse_at))
-        return frames
+            return self._lapse(self._lapse_at)
+        return NOTHING
 
     def deadline(self) -> int | None:
         """The end of the life time."""
@@ -82,7 +80,6 @@ class NodeGuarding(QuietService):
 
     def _forget(self) -> None:
         self._lapse_at = self._over_at = None
-        self._lost = False
 
     # What decides.
 
@@ -117,14 +114,10 @@ class NodeGuarding(QuietService):
 
     def _lapse(self, now: int) -> Frames:
         self._lapse_at = None
-        self._lost = True
         return self._errors.occur(CAUSE, LIFE_GUARDING_EVENT, now)
 
     def _recover(self, now: int) -> Frames:
         self._over_at = None
-        if not self._lost:
-            return NOTHING
-        self._lost = False
         return self._errors.heal(CAUSE, now)
 
     def _written(self, sub: int, now: int) -> None:  # noqa: ARG002  each is a VAR
@@ -132,5 +125,5 @@ class NodeGuarding(QuietService):
         life = self.life_ns() if self.serves() else 0
         if self._lapse_at is not None:
             self._lapse_at = now + life if life else None
-        if self._lost and not life:
+        if not life:
             self._over_at = now

@@ -112,15 +112,18 @@ class LongRecordStore(RecordStore):
     """Records of 0 to `size` bytes: a slot holds the length before the record.
 
     Only the bytes of the record are written and checked, not the rest of the slot.
+    Saving a longer record raises ValueError.
     """
 
-    OVERHEAD = RecordStore.OVERHEAD + 2
+    OVERHEAD = RecordStore.OVERHEAD + 4
 
     def _end(self, raw: bytes) -> int:
-        return 5 + int.from_bytes(raw[3:5], "big")
+        return 7 + int.from_bytes(raw[3:7], "big")
 
     def _packed(self, record: bytes) -> bytes:
-        return len(record).to_bytes(2, "big") + record
+        if len(record) > self.size:
+            raise ValueError(f"a record of {len(record)} bytes; this memory holds {self.size}")
+        return len(record).to_bytes(4, "big") + record
 
     def _unpacked(self, packed: bytes) -> bytes:
-        return packed[2:]
+        return packed[4:]

@@ -78,7 +78,7 @@ def feed(service: Service, now: int, *frames: Frame) -> list[str]:
 
 
 class Reports:
-    """An error handler that remembers what it was told."""
+    """An error handler that remembers what it was told, and says so with a frame each."""
 
     def __init__(self) -> None:
         self.seen: list[tuple[int, str, Fault | None]] = []
@@ -86,16 +86,18 @@ class Reports:
 
     def occur(self, cause: str, fault: Fault, now: int) -> Frames:
         """Remember it, once."""
-        if self.active.get(cause) != fault:
-            self.active[cause] = fault
-            self.seen.append((now, cause, fault))
-        return ()
+        if self.active.get(cause) == fault:
+            return ()
+        self.active[cause] = fault
+        self.seen.append((now, cause, fault))
+        return (Frame(0x085, fault.code.to_bytes(2, "little")),)
 
     def heal(self, cause: str, now: int) -> Frames:
         """Remember it, where it was there."""
-        if self.active.pop(cause, None) is not None:
-            self.seen.append((now, cause, None))
-        return ()
+        if self.active.pop(cause, None) is None:
+            return ()
+        self.seen.append((now, cause, None))
+        return (Frame(0x085, b"\0\0"),)
 
     @property
     def codes(self) -> Sequence[tuple[int, int]]:

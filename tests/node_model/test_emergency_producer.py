@@ -280,6 +280,19 @@ def test_a_start_forgets_all_errors_without_a_word() -> None:
     assert told(device.producer.occur("axis", OVERCURRENT, 3)) == ["085#1023030102030405"]
 
 
+def test_a_start_drops_what_waits_and_the_inhibit_time() -> None:
+    """The first error after it is told at once, and nothing of the time before."""
+    device = Device()
+    write(device.od, 0x1015, 0, 100)
+    device.producer.occur("a", UNDERVOLTAGE, 0)
+    device.producer.occur("b", OVERCURRENT, 1)
+    device.producer.stop()
+    assert device.producer.deadline() is None
+    device.producer.start(2)
+    assert device.producer.deadline() is None
+    assert told(device.producer.occur("a", UNDERVOLTAGE, 3)) == ["085#2032051100000000"]
+
+
 def test_nothing_is_told_before_the_start() -> None:
     """While it initialises a device has no voice."""
     producer = EmergencyProducer(ObjectDictionary(objects()), NODE)

@@ -62,6 +62,18 @@ def test_an_initialisation_resets_the_toggle() -> None:
     assert guarded.poll(11) == ["705#7F"]
 
 
+def test_an_initialisation_forgets_polls_and_events() -> None:
+    """Nothing is due before it, after it, and without supply."""
+    guarded = Guarded()
+    assert NodeGuarding(guarded.od, 5, guarded.reports).deadline() is None
+    guarded.poll(0)
+    guarded.service.start(10)
+    assert guarded.service.deadline() is None
+    guarded.poll(20)
+    guarded.service.stop()
+    assert guarded.service.deadline() is None
+
+
 def test_the_length_that_a_poll_asks_for_does_not_matter() -> None:
     """The answer has one byte."""
     assert feed(Guarded().service, 0, Frame(0x705, remote=True, dlc=8)) == ["705#7F"]
@@ -99,7 +111,7 @@ def test_no_poll_within_the_life_time_is_an_event_once() -> None:
     guarded.poll(200 * MS)
     assert guarded.service.advance(500 * MS - 1) == NOTHING
     assert guarded.reports.seen == []
-    passing(guarded.service, 10_000 * MS)
+    assert passing(guarded.service, 10_000 * MS) == [(500 * MS, "085#3081")]
     ((now, _, fault),) = guarded.reports.seen
     assert fault is not None
     assert (now, fault.code, fault.register, fault.communication) == (500 * MS, 0x8130, 0x10, True)
@@ -110,7 +122,7 @@ def test_the_next_poll_ends_the_event_and_watching_goes_on() -> None:
     guarded = Guarded()
     guarded.poll(0)
     passing(guarded.service, 300 * MS)
-    assert guarded.poll(400 * MS) == ["705#FF"]
+    assert guarded.poll(400 * MS) == ["705#FF", "085#0000"]
     passing(guarded.service, 700 * MS)
     assert guarded.reports.codes == [(300 * MS, 0x8130), (400 * MS, 0), (700 * MS, 0x8130)]
 
@@ -140,15 +152,16 @@ def test_who_ends_the_watching_ends_its_event(index: int, value: int) -> None:
     passing(guarded.service, 300 * MS)
     write(guarded.od, index, 0, value, 350 * MS)
     assert guarded.service.deadline() == 350 * MS
-    passing(guarded.service, 10_000 * MS)
+    assert passing(guarded.service, 10_000 * MS) == [(350 * MS, "085#0000")]
     assert guarded.reports.codes == [(300 * MS, 0x8130), (350 * MS, 0)]
 
 
 def test_who_ends_the_watching_in_time_prevents_the_event() -> None:
-    """Nothing is due any more."""
+    """None comes, and none ends."""
     guarded = Guarded()
     guarded.poll(0)
     write(guarded.od, 0x1017, 0, 100, 200 * MS)
+    assert passing(guarded.service, 10_000 * MS) == []
     assert guarded.service.deadline() is None
 
 

@@ -80,7 +80,7 @@ def test_silence_is_an_event_once() -> None:
     feed(consumer.service, 0, beat(3))
     feed(consumer.service, 99 * MS, beat(3))
     assert consumer.service.advance(199 * MS - 1) == NOTHING
-    passing(consumer.service, 10_000 * MS)
+    assert passing(consumer.service, 10_000 * MS) == [(199 * MS, "085#3081")]
     ((now, cause, fault),) = consumer.reports.seen
     assert fault is not None
     assert (now, cause) == (199 * MS, "heartbeat of node 3")
@@ -95,7 +95,7 @@ def test_the_next_heartbeat_ends_the_event() -> None:
     passing(consumer.service, 100 * MS)
     feed(consumer.service, 200 * MS, beat(3, 0))
     assert consumer.service.deadline() is None
-    feed(consumer.service, 250 * MS, beat(3, 0x7F))
+    assert feed(consumer.service, 250 * MS, beat(3, 0x7F)) == ["085#0000"]
     passing(consumer.service, 400 * MS)
     assert consumer.reports.codes == [(100 * MS, 0x8130), (250 * MS, 0), (350 * MS, 0x8130)]
 
@@ -176,7 +176,7 @@ def test_an_entry_written_0_ends_its_event() -> None:
     passing(consumer.service, 100 * MS)
     write(consumer.od, 0x1016, 1, 0, 120 * MS)
     assert consumer.service.deadline() == 120 * MS
-    passing(consumer.service, 10_000 * MS)
+    assert passing(consumer.service, 10_000 * MS) == [(120 * MS, "085#0000")]
     assert consumer.reports.codes == [(100 * MS, 0x8130), (120 * MS, 0)]
 
 
@@ -190,6 +190,28 @@ def test_before_the_start_and_after_the_stop_nobody_is_watched() -> None:
     assert consumer.service.listens_to() == frozenset()
     consumer.service.start(10)
     assert consumer.service.listens_to() == {0x709}
+
+
+def test_two_entries_that_are_written_end_their_events_one_after_the_other() -> None:
+    """Each at its own instant."""
+    consumer = Consumer(watching(3, 100), watching(4, 100))
+    feed(consumer.service, 0, beat(3), beat(4))
+    passing(consumer.service, 100 * MS)
+    write(consumer.od, 0x1016, 1, 0, 120 * MS)
+    write(consumer.od, 0x1016, 2, 0, 130 * MS)
+    ended = [(120 * MS, "085#0000"), (130 * MS, "085#0000")]
+    assert passing(consumer.service, 1000 * MS) == ended
+
+
+def test_an_entry_of_the_old_setting_sends_nothing_after_a_new_start() -> None:
+    """The end of its event was due; the start has forgotten it."""
+    consumer = Consumer(watching(3, 100))
+    feed(consumer.service, 0, beat(3))
+    passing(consumer.service, 100 * MS)
+    write(consumer.od, 0x1016, 1, 0, 120 * MS)
+    consumer.service.start(120 * MS)
+    assert consumer.service.running
+    assert consumer.service.deadline() is None
 
 
 def test_the_count_of_entries_can_be_written_where_the_device_lets_it() -> None:

@@ -126,9 +126,9 @@ def test_a_short_record_takes_the_time_of_its_own_bytes() -> None:
     """Two marks, sequence, length, record, check: not the whole slot."""
     store = LongRecordStore(20, b"", BYTE_NS)
     store.save(b"abc", 0)
-    store.advance(11 * BYTE_NS - 1)
+    store.advance(13 * BYTE_NS - 1)
     assert store.load() is None
-    store.advance(11 * BYTE_NS)
+    store.advance(13 * BYTE_NS)
     assert (store.load(), store.due_at) == (b"abc", None)
 
 
@@ -136,10 +136,16 @@ def test_a_short_record_takes_the_time_of_its_own_bytes() -> None:
 def test_a_power_cut_never_mixes_two_long_records(old: bytes, new: bytes) -> None:
     """After each byte of storing there is the old or the new one."""
     image = long_stored(long_stored(b"", old), old)
-    last = (len(new) + 8) * BYTE_NS
+    last = (len(new) + 10) * BYTE_NS
     for until in range(0, last, BYTE_NS):
         assert LongRecordStore(20, long_stored(image, new, until)).load() == old
     assert LongRecordStore(20, long_stored(image, new, last)).load() == new
+
+
+def test_a_record_that_does_not_fit_is_refused() -> None:
+    """One byte more than the memory holds."""
+    with pytest.raises(ValueError, match="21 bytes; this memory holds 20"):
+        LongRecordStore(20).save(bytes(21), 0)
 
 
 def test_a_length_beyond_the_slot_makes_it_unreadable() -> None:

@@ -70,9 +70,10 @@ def test_a_counter_is_told() -> None:
 def test_a_sync_of_the_wrong_length_is_an_error_and_no_sync(overflow: int, size: int) -> None:
     """8240h with bit 4, which the next right one ends; it does not move the state."""
     bus = Bus(overflow=overflow)
-    assert feed(bus.service, 7, Frame(0x80, bytes(size)), Frame(0x80, bytes(size))) == []
+    assert feed(bus.service, 7, *[Frame(0x80, bytes(size))] * 2) == ["085#4082"]
     assert bus.seen == []
-    feed(bus.service, 9, Frame(0x80, b"\x01" if overflow else b""))
+    right = Frame(0x80, b"\x01" if overflow else b"")
+    assert feed(bus.service, 9, right) == ["085#0000", "185#"]
     assert bus.reports.codes == [(7, 0x8240), (9, 0)]
     fault = bus.reports.seen[0][2]
     assert fault is not None

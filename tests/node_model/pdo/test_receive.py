@@ -68,10 +68,10 @@ def test_what_waits_for_a_sync_is_dropped_on_leaving_operational() -> None:
 def test_an_rpdo_that_is_too_short_is_not_applied_and_is_an_error(text: str) -> None:
     """8210h with bit 4, once; the next right one ends it."""
     axis = Axis()
-    axis.bring(text, 7)
-    axis.bring(text, 8)
+    assert axis.bring(text, 7) == ["085#1082"]
+    assert axis.bring(text, 8) == []
     assert values(axis) == (0, 0)
-    axis.bring("0F00 FEFFFFFF", 9)
+    assert axis.bring("0F00 FEFFFFFF", 9) == ["085#0000"]
     assert axis.reports.codes == [(7, 0x8210), (9, 0)]
     fault = axis.reports.seen[0][2]
     assert fault is not None
@@ -123,8 +123,9 @@ def test_a_missing_rpdo_is_an_error_once() -> None:
     passing(axis.pdos, 100 * MS)
     axis.bring("0F00 FEFFFFFF", 100 * MS)
     axis.bring("0F00 FEFFFFFF", 119 * MS)
-    passing(axis.pdos, 1000 * MS)
-    axis.bring("0F00 FEFFFFFF", 1000 * MS)
+    passing(axis.pdos, 119 * MS)
+    assert passing(axis.pdos, 1000 * MS) == [(139 * MS, "085#5082")]
+    assert axis.bring("0F00 FEFFFFFF", 1000 * MS) == ["085#0000"]
     assert axis.reports.codes == [(139 * MS, 0x8250), (1000 * MS, 0)]
     fault = axis.reports.seen[0][2]
     assert fault is not None
@@ -154,7 +155,7 @@ def test_the_errors_of_an_old_setting_are_over(sub: int, value: int) -> None:
     axis.bring("", 1)
     passing(axis.pdos, 30 * MS)
     write(axis.od, 0x1400, sub, value, 30 * MS)
-    passing(axis.pdos, 1000 * MS)
+    assert passing(axis.pdos, 1000 * MS) == [(30 * MS, "085#0000")] * 2
     assert axis.reports.codes == [(1, 0x8210), (20 * MS, 0x8250), (30 * MS, 0), (30 * MS, 0)]
 
 
