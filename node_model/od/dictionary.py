@@ -139,8 +139,11 @@ class ObjectDictionary:
             SdoAbort: no such entry, read-only, wrong length, out of range, or refused by a
                 guard; nothing has changed then.
         """
-        entry = self.accepts(index, sub, len(data))
-        if entry.data_type.is_number:
+        entry = self.accepts(index, sub)
+        kind = entry.data_type
+        if len(data) != kind.size:
+            _check_length(entry, len(data))
+        if entry.high is not None or entry.low is not None or kind is DataType.BOOLEAN:
             _check_range(entry, data)
         if index in self._guards:
             for guard in self._guards[index]:
@@ -164,8 +167,6 @@ def _check_range(entry: Entry, data: bytes) -> None:
     low, high = entry.low, entry.high
     if high is None and entry.data_type is DataType.BOOLEAN:
         high = 1
-    if low is None and high is None:
-        return
     value = entry.data_type.unpack(data)
     if isnan(value):
         raise SdoAbort(AbortCode.VALUE)

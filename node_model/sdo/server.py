@@ -54,6 +54,7 @@ class SdoServer:
         self.parts = parts or Parts()
         self.serves = False
         self._channels: dict[int, Channel] = {}
+        self._row: tuple[Channel, ...] = ()
         self._listens_to: frozenset[int] = frozenset()
         self._further = tuple(i for i in range(DEFAULT_SERVER + 1, LAST_SERVER + 1) if i in od)
         for index in self._further:
@@ -91,17 +92,16 @@ class SdoServer:
     def advance(self, now: int) -> Frames:
         """Segments and time-outs that are due."""
         frames: list[Frame] = []
-        for channel in self._channels.values():
+        for channel in self._row:
             frames += channel.advance(now)
         return frames
 
     def deadline(self) -> int | None:
         """The first deadline of all channels."""
-        soonest: int | None = None
-        for channel in self._channels.values():
+        for channel in self._row:
             if channel.transfer is not None:
-                soonest = earliest(soonest, channel.deadline())
-        return soonest
+                return earliest(*(each.deadline() for each in self._row))
+        return None
 
     def stop(self) -> None:
         """Supply or communication is gone."""
@@ -129,6 +129,7 @@ class SdoServer:
             if known is None or known.answer_id != answer:
                 known = self.channel(self.od, request, answer, self.settings, self.parts)
             self._channels[request] = known
+        self._row = tuple(self._channels.values())
         self._listens_to = frozenset(self._channels)
 
     def _changed(self, sub: int, now: int) -> None:  # noqa: ARG002  an observer
@@ -145,5 +146,5 @@ class SdoServer:
             check_cob_id(new, BIT_30)
 
     def _forget(self) -> None:
-        for channel in self._channels.values():
+        for channel in self._row:
             channel.forget()
