@@ -15,6 +15,8 @@ from node_model.od import Entry
 RATES = (10, 20, 50, 125, 250, 500, 800, 1000)
 """kbit/s."""
 LAST_NODE_ID = 127
+NO_NODE_ID = 255
+"""A device that waits for LSS to tell it one (CiA 305); formulas count with 0 meanwhile."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,23 +77,30 @@ class Sheet:
     corrections: tuple[Remark, ...]
 
     def entries(self, node_id: int | None = None) -> list[Entry]:
-        """New entries for a device; left out, the node id is the sheet's own.
+        """New entries for a device.
+
+        Args:
+            node_id: 1..127, or 255 for none yet; left out it is the sheet's own.
 
         Raises:
             EdsError: no node id is known, or it is none.
         """
         node_id = self.node_id if node_id is None else node_id
+        if node_id == NO_NODE_ID:
+            return [each.entry(0) for each in self.objects]
         if node_id is None or not 1 <= node_id <= LAST_NODE_ID:
             raise EdsError(self.file, 0, f"the node id is {node_id}", "give one of 1..127")
         return [each.entry(node_id) for each in self.objects]
 
 
-def load_eds(path: str | Path, node_id: int | None = None) -> Sheet:
+def load_eds(path: str | Path, node_id: int | None = None, *, checked: bool = True) -> Sheet:
     """Read an EDS or DCF.
 
     Args:
         path: of the file.
         node_id: of the device; None = what a DCF says, if it is one.
+        checked: ask the second reader too, for `corrections`. It takes long to import and
+            to read, and a bundled file needs it in tests only.
 
     Raises:
         EdsError: it cannot be opened or read; the message names line, value and remedy.
@@ -101,10 +110,12 @@ def load_eds(path: str | Path, node_id: int | None = None) -> Sheet:
             data = file.read(LARGEST + 1)
     except (OSError, ValueError) as error:
         raise EdsError(str(path), 0, f"it cannot be opened: {error}", "check the path") from None
-    return parse_eds(str(path), data, node_id)
+    return parse_eds(str(path), data, node_id, checked=checked)
 
 
-def parse_eds(file: str, data: bytes, node_id: int | None = None) -> Sheet:
+def parse_eds(
+    file: str, data: bytes, node_id: int | None = None, *, checked: bool = True
+) -> Sheet:
     """As `load_eds`, from the bytes of a file.
 
     Raises:
@@ -121,7 +132,7 @@ def parse_eds(file: str, data: bytes, node_id: int | None = None) -> Sheet:
         info,
         tuple(objects),
         tuple(sorted(text.remarks, key=lambda remark: remark.line)),
-        opinion(objects),
+        opinion(objects) if checked else (),
     )
 
 

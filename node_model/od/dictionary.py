@@ -67,7 +67,10 @@ class ObjectDictionary:
         entry = self.entries.get(index << 8 | sub)
         if entry is None:
             return default
-        return int(entry.data_type.unpack(entry.value))
+        kind = entry.data_type
+        if kind.is_real:
+            return int(kind.unpack(entry.value))
+        return int.from_bytes(entry.value, "little", signed=kind.is_signed)
 
     def put_number(self, index: int, sub: int, value: float) -> None:
         """Set a numeric entry that must be there; nobody is asked or told."""

@@ -186,7 +186,7 @@ def test_a_dcf_says_how_the_device_is_set_up() -> None:
     assert load_eds(FILES / "commissioned.dcf", 9).entries()[0].value == b"\x89\0\0\0"
 
 
-@pytest.mark.parametrize("node_id", [None, 0, 128, 255])
+@pytest.mark.parametrize("node_id", [None, 0, 128, 254])
 def test_entries_need_a_node_id(node_id: int | None) -> None:
     """1..127, from the file or from who asks."""
     sheet = parsed(HEAD + "[2000]\n" + WORD, node_id)
@@ -252,6 +252,20 @@ def test_what_is_odd_leaves_a_remark(text: str, said: str) -> None:
     sheet = parsed(HEAD + text)
     assert any(said in remark.text and remark.line for remark in sheet.remarks)
     assert sheet.entries()
+
+
+def test_a_device_may_wait_for_its_node_id() -> None:
+    """255 stands for none; formulas count with 0."""
+    od = ObjectDictionary(load_eds(FILES / "numbers.eds").entries(255))
+    assert (od.number(0x2002), od.number(0x2003)) == (0x180, 0)
+
+
+def test_the_second_reader_need_not_be_asked() -> None:
+    """A bundled file is checked by tests; devices are made of it without that."""
+    path = FILES / "numbers.eds"
+    plain, asked = load_eds(path, checked=False), load_eds(path)
+    assert plain.corrections == ()
+    assert plain.objects == asked.objects
 
 
 def test_device_info_may_be_missing() -> None:
