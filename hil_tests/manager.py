@@ -222,9 +222,9 @@ class Manager:
         self.state = SHOWN.get(byte & 0x7F)
         if self.guarding:
             self._replied(byte >> 7, at)
-        elif byte >> 7:
+        elif byte >> 7 and self._consumer_ns:
             self._begin(BIT_7, at, f"bit 7 is set in the heartbeat {byte:02X}h")
-        else:
+        elif not byte >> 7:
             self._beat(at)
 
     def _booted(self, at: int) -> None:

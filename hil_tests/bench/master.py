@@ -70,6 +70,10 @@ class Master:
         self._feed()
         self._manager.heartbeat(consumer_ns, self._bench.now(), written=written)
 
+    def miss(self) -> None:
+        """Whatever came since this was last asked is lost on the way to the manager."""
+        self._read = len(self._bench.trace)
+
     def wait(self, span_ns: int) -> None:
         """Let time pass, and poll meanwhile as the manager wants."""
         bench = self._bench

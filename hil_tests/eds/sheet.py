@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Protocol
 
 from hil_tests.eds.findings import Finding
 from hil_tests.eds.lines import Document, Option, Section, numbered, read_document
@@ -91,6 +92,13 @@ class Group:
     objects: tuple[Object, ...]
 
 
+class Printer(Protocol):
+    """What pretty printers offer."""
+
+    def text(self, text: str) -> None:
+        """Print a text."""
+
+
 @dataclass(frozen=True, slots=True)
 class Sheet:
     """A file that was read.
@@ -110,6 +118,14 @@ class Sheet:
     objects: Mapping[tuple[int, int], Object]
     findings: tuple[Finding, ...]
     document: Document
+
+    def __repr__(self) -> str:
+        """Short: all that a sheet holds takes hundreds of kilobytes."""
+        return f"Sheet({self.file!r})"
+
+    def _repr_pretty_(self, printer: Printer, cycle: bool) -> None:  # noqa: ARG002
+        """As IPython and Hypothesis ask for it."""
+        printer.text(repr(self))
 
     def get(self, index: int, sub: int = 0) -> Object | None:
         """An object, or None."""

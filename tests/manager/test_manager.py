@@ -190,6 +190,13 @@ def test_bit_7_of_a_heartbeat_is_zero() -> None:
     assert kinds(told(manager, "705#05", start=30 * MS)) == [(What.HEARTBEAT, True)]
 
 
+def test_a_late_reply_to_a_poll_is_no_bad_heartbeat() -> None:
+    """Where no heartbeat is watched, bit 7 tells nothing but that somebody polled."""
+    manager = Manager(5)
+    assert told(manager, "705#85") == []
+    assert (manager.state, manager.deadline()) == (State.OPERATIONAL, None)
+
+
 def test_watching_can_end() -> None:
     """A consumer time of 0 asks for nothing, and forgets what was lost."""
     manager = beating(written=True)

@@ -326,6 +326,7 @@ def test_a_burst_ends_where_its_last_command_leads(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet, burst: list[Nmt]
 ) -> None:
     """Commands back to back, the last one wins."""
+    bench.begin_example()
     quick(bench, sdo, sheet)
     sent = [bench.nmt(command) for command in burst]
     bench.expect_state(cobs.LEADS_TO[burst[-1]], after=sent[-1])

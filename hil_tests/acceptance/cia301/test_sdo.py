@@ -366,6 +366,7 @@ def test_after_any_requests_a_new_transfer_is_served(
     bench: Cia301Bench, sdo: Sdo, script: list[bytes]
 ) -> None:
     """Requests that write nothing, in any order, leave the server able to serve."""
+    bench.begin_example()
     bench.start()
     for data in filter(is_harmless, script):
         sdo.offer(data)

@@ -203,6 +203,7 @@ def test_blocks_and_segments_bring_the_same(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet, data: bytes
 ) -> None:
     """Whatever the bytes are."""
+    bench.begin_example()
     one = prepared(bench, sdo, sheet, data)
     plain = sdo.read(one.index, one.sub, requirement="C-SD-04")
     outcome = sdo.run(BlockUpload(one.index, one.sub))

@@ -1,0 +1,86 @@
+"""An error that any device can be given over the bus: a heartbeat or a poll that stays away."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hil_tests.acceptance.cia301.guarding_steps import poll
+from hil_tests.acceptance.cia301.steps import (
+    BEHAVIOUR,
+    CONSUMER,
+    GUARD_TIME,
+    LIFE_FACTOR,
+    LIFE_GUARD_CODE,
+    guarded,
+)
+from hil_tests.api import (
+    MS,
+    Cia301Bench,
+    Frame,
+    NotApplicable,
+    Sdo,
+    Seen,
+    Sheet,
+    cobs,
+    matchers,
+    u8,
+    u32,
+)
+
+SPAN_MS = 100
+SPAN_NS = SPAN_MS * MS
+
+
+@dataclass(frozen=True, slots=True)
+class Trouble:
+    """A communication error 8130h, made and healed at will.
+
+    Args:
+        bench: the bench.
+        other: node whose heartbeat is awaited; None = guarding polls are.
+    """
+
+    bench: Cia301Bench
+    other: int | None
+
+    def heal(self) -> Seen:
+        """A heartbeat, or a poll: the error is gone, and its span begins anew."""
+        if self.other is None:
+            return poll(self.bench)
+        return self.bench.send(Frame(cobs.ERROR_CONTROL + self.other, b"\x05"))
+
+    def arise(self) -> Seen:
+        """Begin the span, and wait until the error is there; returns what began it."""
+        began = self.heal()
+        limits = self.bench.profile.limits
+        self.bench.wait(SPAN_NS + limits.life_ns + limits.emcy_ns)
+        return began
+
+    def told(self, began: Seen, requirement: str) -> Seen:
+        """The EMCY that tells of it, since what began it."""
+        limits = self.bench.profile.limits
+        within = SPAN_NS + limits.life_ns + limits.emcy_ns
+        matcher = matchers.emcy(self.bench.node_id, code=LIFE_GUARD_CODE)
+        return self.bench.expect(matcher, after=began, within=within, requirement=requirement)
+
+
+def trouble(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> Trouble:
+    """A regular start; the device can be given an error that changes no state.
+
+    Raises:
+        NotApplicable: it has neither a heartbeat consumer nor life guarding.
+    """
+    bench.needs_exclusive()
+    bench.start()
+    behaviour = sheet.get(BEHAVIOUR, 1)
+    if behaviour is not None and behaviour.writable:
+        sdo.write(BEHAVIOUR, 1, u8(1), requirement="C-EM-22")
+    consumer = sheet.get(CONSUMER, 1)
+    if consumer is not None and consumer.writable:
+        other = (bench.node_id + 20) % 127 + 1
+        sdo.write(CONSUMER, 1, u32(other << 16 | SPAN_MS), requirement="C-HBC-01")
+        return Trouble(bench, other)
+    if sheet.get(GUARD_TIME) is None or sheet.get(LIFE_FACTOR) is None:
+        raise NotApplicable("the device has neither 1016h nor 100Ch: no error can be made")
+    guarded(sdo, sheet, SPAN_MS, 1)
+    return Trouble(bench, None)

@@ -1,0 +1,125 @@
+"""Steps that the tests of PDOs share: which PDO, what it can map, and how it is set up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from hil_tests.acceptance.cia301.steps import APPLICATION, RPDO, TPDO, first
+from hil_tests.api import (
+    Cia301Bench,
+    EdsObject,
+    Frame,
+    NotApplicable,
+    Sdo,
+    Seen,
+    Sheet,
+    cobs,
+    u8,
+    u32,
+)
+
+INVALID, NO_RTR = 1 << 31, 1 << 30
+MAPPING = 0x200
+"""From the communication parameter of a PDO to its mapping."""
+
+SENT, RECEIVED = frozenset({"rw", "rwr"}), frozenset({"rw", "rww"})
+EVENT = 255
+SYNCHRONOUS = 1
+
+
+def find(sheet: Sheet, base: int) -> int:
+    """The first PDO of a direction that can be set up and mapped anew."""
+    for index in range(base, base + 0x200):
+        parts = [(index, 1), (index, 2), (index + MAPPING, 0), (index + MAPPING, 1)]
+        objects = [sheet.get(*part) for part in parts]
+        if all(one is not None and one.writable for one in objects):
+            return index
+    direction = "RPDO" if base == RPDO else "TPDO"
+    raise NotApplicable(f"the device has no {direction} that can be set up")
+
+
+def mappable(sheet: Sheet, access: frozenset[str]) -> Iterator[EdsObject]:
+    """Whole numbers of the application that can be mapped, read and written."""
+    return (
+        one
+        for one in sheet
+        if one.index in APPLICATION
+        and one.pdo
+        and one.access in access
+        and one.kind.name.startswith(("INTEGER", "UNSIGNED"))
+        and one.kind.size <= 4
+        and one.low is None
+        and one.high is None
+    )
+
+
+def one_mappable(sheet: Sheet, access: frozenset[str]) -> EdsObject:
+    """The first of them."""
+    return first(mappable(sheet, access), "that can be mapped and written")
+
+
+def entry(one: EdsObject) -> bytes:
+    """A mapping entry for a whole object."""
+    return u32(one.index << 16 | one.sub << 8 | one.kind.size * 8)
+
+
+def set_up(
+    sdo: Sdo,
+    index: int,
+    objects: Sequence[EdsObject | bytes],
+    kind: int,
+    *,
+    flags: int = NO_RTR,
+    extra: Sequence[tuple[int, bytes]] = (),
+    requirement: str = "C-PC-04",
+) -> int:
+    """Map objects into a PDO and make it valid, in the five steps of CiA 301.
+
+    Args:
+        sdo: the client.
+        index: its communication parameter.
+        objects: in their order; bytes are taken as mapping entries.
+        kind: transmission type.
+        flags: of its COB-ID; of a TPDO alone.
+        extra: further sub-indices of the communication parameter, while it is invalid.
+        requirement: that these steps work.
+
+    Returns:
+        Its identifier.
+    """
+    can_id = sdo.number(index, 1) & 0x7FF
+    flags = flags if index >= TPDO else 0
+    rule = {"requirement": requirement}
+    sdo.write(index, 1, u32(INVALID | flags | can_id), **rule)
+    sdo.write(index + MAPPING, 0, u8(0), **rule)
+    for sub, one in enumerate(objects, 1):
+        value = one if isinstance(one, bytes) else entry(one)
+        sdo.write(index + MAPPING, sub, value, **rule)
+    sdo.write(index + MAPPING, 0, u8(len(objects)), **rule)
+    sdo.write(index, 2, u8(kind), **rule)
+    for sub, value in extra:
+        sdo.write(index, sub, value, **rule)
+    sdo.write(index, 1, u32(flags | can_id), **rule)
+    return can_id
+
+
+def quiet_others(sdo: Sdo, sheet: Sheet, but: int) -> None:
+    """All other TPDOs are made invalid, so that they are not taken for the one under test."""
+    for index in range(TPDO, TPDO + 0x200):
+        one = sheet.get(index, 1)
+        if index == but or one is None or not one.writable:
+            continue
+        value = sdo.number(index, 1)
+        if not value & INVALID:
+            sdo.write(index, 1, u32(value | INVALID), requirement="C-TP-01")
+
+
+def sync(bench: Cia301Bench, data: bytes = b"") -> Seen:
+    """A SYNC of the tester."""
+    return bench.send(Frame(cobs.SYNC, data))
+
+
+def numbered(one: EdsObject, value: int) -> bytes:
+    """A number in the bytes of an object."""
+    mask = (1 << 8 * one.kind.size) - 1
+    return (value & mask).to_bytes(one.kind.size, "little")
