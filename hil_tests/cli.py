@@ -152,6 +152,12 @@ def _eds(words: Sequence[str]) -> int:
     return command.check(Parser("nodeproof eds"), words)
 
 
+def _replay(words: Sequence[str]) -> int:
+    from hil_tests.replay import command  # noqa: PLC0415
+
+    return command.run(Parser("nodeproof replay"), words)
+
+
 def _mutants(words: Sequence[str]) -> int:
     from hil_tests.run.catalogue import mutant_table  # noqa: PLC0415
 
@@ -252,6 +258,7 @@ COMMANDS: Mapping[str, tuple[str, Callable[[Sequence[str]], int]]] = {
     "distil": ("find a small set of scenarios that shows every faulty model", _distil),
     "report": ("make the report of a run again", _report),
     "export": ("write recordings as candump log, BLF, ASC or pcapng", _export),
+    "replay": ("judge a recorded run again, or somebody else's recording", _replay),
     "requirements": ("list the requirements that a device is judged by", _requirements),
 }
 """Name -> text for people, what to do."""

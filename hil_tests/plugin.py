@@ -68,6 +68,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if plan.settings["can_scenario"]:
         items[:], others = selection.by_scenario(items)
         config.hook.pytest_deselected(items=others)
+    if plan.recording is not None:
+        from hil_tests.run import replaying  # noqa: PLC0415 - only where one is replayed
+
+        items[:], others = replaying.choose(items, plan.recording)
+        config.hook.pytest_deselected(items=others)
+        replaying.repeat_examples(items, plan.recording)
     selection.mark_not_run(ours, plan)
     properties.fit(config, ours)
 
@@ -214,9 +220,18 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
     ends_with = run.end(error, next(iter(stash.claimed(item)), ""))
     if ends_with is not None:
         if is_property:
-            run.keep_last_example()
+            run.keep_last_example(error)
         raise ends_with
     return None
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
+    """In a replay a test may be counted as it was recorded."""
+    run = stash.run_of(pyfuncitem.config)
+    if run is None or not stash.is_ours(pyfuncitem):
+        return None
+    return run.stand_in(pyfuncitem.nodeid) or None
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
@@ -271,7 +286,12 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
         return
     from hil_tests.run import terminal  # noqa: PLC0415
 
-    for title, lines in terminal.sections(ledger):
+    sections = list(terminal.sections(ledger))
+    if stash.settings_of(config)["can_replay"]:
+        from hil_tests.run import replaying  # noqa: PLC0415 - only where one is replayed
+
+        sections.insert(-1, ("replay", replaying.compared(config, ledger)))
+    for title, lines in sections:
         terminalreporter.section(title)
         for line in lines:
             terminalreporter.write_line(line)

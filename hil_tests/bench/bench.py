@@ -121,7 +121,8 @@ class Bench(JudgingBench):
         self.parameters = parameters
         now = self.now()
         began_at = now if until is None else until
-        self.trace.note(chronicle.renewal(began_at, now, parameters, off=off))
+        fresh = until is not None
+        self.trace.note(chronicle.renewal(began_at, now, parameters, off=off, fresh=fresh))
         self._close_watch(off=off, until=until)
 
     def forget(self) -> None:

@@ -1,7 +1,7 @@
 """What a bench writes into its record besides frames, so that the record alone can be judged.
 
 Each note is a `Moment`, in its place among the frames. Together with "power", "keys",
-"bitrate" and "leds", which the facilities write, these are all the verbs of a record:
+"faults", "bitrate" and "leds", which the facilities write, these are all the verbs of a record:
 
 - "begin", first of all: what the bench is, and how it stands when the test begins;
 - "renew": another device is there now, or this one has other parameters;
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from hil_tests.bench.core import BenchCore
     from hil_tests.config import Setup
 
-FACILITIES = ("power", "keys", "leds", "bitrate")
+FACILITIES = ("power", "keys", "leds", "faults", "bitrate")
 
 
 def opening(bench: BenchCore) -> Moment:
@@ -57,6 +57,7 @@ def opening(bench: BenchCore) -> Moment:
         "parameters": plain(bench.parameters),
         "home": plain(bench.home),
         "held": sorted(bench.held),
+        "active": sorted(bench.faults.active) if bench.faults else [],
         "power": bench.power.standing() if bench.power else None,
         "heard": bench.heard_at_all,
     }
@@ -72,9 +73,18 @@ def plain(parameters: Setup | None) -> dict[str, object] | None:
     return {each.name: getattr(parameters, each.name) for each in fields}
 
 
-def renewal(began_at: int, now: int, parameters: Setup, *, off: bool) -> Moment:
-    """From now on the device has these parameters; `off` = it has no power."""
-    return Moment("renew", began_at, now, {"parameters": plain(parameters), "off": off})
+def renewal(began_at: int, now: int, parameters: Setup, *, off: bool, fresh: bool) -> Moment:
+    """From now on the device has these parameters.
+
+    Args:
+        began_at: up to then it had others.
+        now: when it has these.
+        parameters: what it is set to.
+        off: it has no power.
+        fresh: it is another device, which the stage has brought.
+    """
+    detail = {"parameters": plain(parameters), "off": off, "fresh": fresh}
+    return Moment("renew", began_at, now, detail)
 
 
 def lights(seen: LedEdges) -> Moment:

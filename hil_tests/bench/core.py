@@ -141,6 +141,12 @@ class BenchCore:
         self.watch = self._new_watch(off=False)
         self.rates = [(0, self.watch.clock.bit_ns)]
 
+    def resume(self, parameters: Setup | None, home: Setup | None, *, heard: bool) -> None:
+        """A recording begins: the device is set as it was then; nothing of before counts."""
+        self.parameters, self.home, self.heard_at_all = parameters, home, heard
+        self._later.clear()
+        self._told_at = self._known_until = self.now()
+
     def begin_example(self) -> None:
         """An example of a property begins: the one before is counted, and its record let go."""
         self._count()

@@ -42,15 +42,24 @@ def start_run(config: pytest.Config) -> Run:
     try:
         if errand is not None:
             ledger = Courier(RunDirectory(Path(errand.folder)).make(), now)
-            run = Run(plan, now, errand.command, root, ledger)
+            run = _runs(plan)(plan, now, errand.command, root, ledger)
         else:
             command = [str(part) for part in config.invocation_params.args]
-            run = Run(plan, now, command, root)
+            run = _runs(plan)(plan, now, command, root)
         config.stash[stash.RUN] = run
         run.open(partial(open_bench, capture=PytestCapture(config)))
     except ConfigError as error:
         raise pytest.UsageError(str(error)) from None
     return run
+
+
+def _runs(plan: Plan) -> type[Run]:
+    """What a run of that plan is."""
+    if plan.recording is None:
+        return Run
+    from hil_tests.run.replaying import ReplayRun  # noqa: PLC0415 - only where one is replayed
+
+    return ReplayRun
 
 
 def open_bench(plan: Plan, capture: Capture | None = None) -> Bench:
@@ -64,6 +73,11 @@ def open_bench(plan: Plan, capture: Capture | None = None) -> Bench:
         BenchError: bus, model or control server unavailable; everything is closed again.
         ConfigError: the profile describes no device that the bundled model can be.
     """
+    if plan.recording is not None:
+        from hil_tests.replay.stage import ReplayStage  # noqa: PLC0415 - only there
+
+        replayed = ReplayStage(plan.recording.sample(), plan.facilities)
+        return bench_for(replayed, plan.profile, plan.home)
     stage = _virtual(plan) if plan.device == VIRTUAL else _real(plan, capture)
     with ExitStack() as undo:
         undo.callback(stage.close)

@@ -139,6 +139,13 @@ OPTIONS = (
         "lines",
     ),
     Option(
+        "can-replay",
+        "judge a recorded run again: its folder, or traces of it; nothing is moved, limits are"
+        " those given now; may be repeated",
+        "RUN|TRACE",
+        "lines",
+    ),
+    Option(
         "can-report-pdf",
         "certificate as PDF (not in this version: the run writes results.json and traces)",
         kind="switch",

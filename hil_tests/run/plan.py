@@ -25,6 +25,7 @@ from hil_tests.errors import ConfigError
 from hil_tests.requirements import FACILITIES, Requirement, load
 
 if TYPE_CHECKING:
+    from hil_tests.replay.runs import RecordedRun
     from hil_tests.run.options import Settings
 
 VIRTUAL = "virtual"
@@ -56,6 +57,7 @@ class Plan:
         bench_name: for people.
         bench_file: as read, or None.
         mutant: name of the model's fault, or None.
+        recording: the run that is replayed, or None.
     """
 
     device: str
@@ -73,6 +75,7 @@ class Plan:
     mutant: str | None
     requirements: Mapping[str, Requirement]
     settings: Settings
+    recording: RecordedRun | None = None
 
     @property
     def virtual(self) -> bool:
@@ -107,6 +110,10 @@ def make_plan(settings: Settings) -> Plan:
     Raises:
         ConfigError: options or files that are wrong or do not go together.
     """
+    if settings["can_replay"]:
+        from hil_tests.run.replaying import plan_of_recording  # noqa: PLC0415 - only there
+
+        return plan_of_recording(settings)
     bench, profile = _files(settings)
     channel = settings["can_iface"] or (bench.bus.channel if bench else None)
     interface = settings["can_interface"] or (bench.bus.interface if bench else None)

@@ -26,7 +26,7 @@ def prepare(config: pytest.Config) -> None:
     plan = stash.plan_of(config)
     phases = (
         tuple(phase for phase in hypothesis.Phase if phase is not hypothesis.Phase.explain)
-        if plan.virtual
+        if plan.virtual and plan.recording is None
         else (hypothesis.Phase.explicit,)
     )
     # Under CI Hypothesis would go without chance by itself; here the seed alone decides.
@@ -38,7 +38,7 @@ def prepare(config: pytest.Config) -> None:
         phases=phases,
         report_multiple_bugs=False,
         suppress_health_check=[hypothesis.HealthCheck.too_slow],
-        print_blob=False,
+        print_blob=True,  # a replay repeats the example with it
     )
     hypothesis.settings.load_profile(_PROFILE)
     if core.global_force_seed is None:
@@ -70,5 +70,5 @@ def fit(config: pytest.Config, ours: Iterable[pytest.Item]) -> None:
                 database=None,
                 phases=[phase for phase in own.phases if phase in base.phases],
                 report_multiple_bugs=False,
-                print_blob=False,
+                print_blob=True,
             )

@@ -69,6 +69,7 @@ class Run:
         self._sink: PcapngSink | None = None
         self._test = ""
         self._claims: tuple[str, ...] = ()
+        self._example = ""
         self._ended_at = 0
         """Up to here the test under way, or the last one, looked at the bus."""
         self._before = rows.reading(None)
@@ -113,7 +114,7 @@ class Run:
     def begin(self, test: str, claims: Sequence[str], *, keep_trace: bool) -> None:
         """A test begins; with `keep_trace` its record is written as it comes."""
         bench = self.bench
-        self._test, self._claims = test, tuple(claims)
+        self._test, self._claims, self._example = test, tuple(claims), ""
         self._sink = self._new_sink("") if keep_trace else None
         self._before = rows.reading(bench)
         self.ledger.begin(test, self.folder.relative(self._sink.path) if self._sink else None)
@@ -136,6 +137,10 @@ class Run:
             "settings": {key: self.plan.settings[key] for key in TOLD_SETTINGS},
         }
         return replace(bench.opening, detail={**bench.opening.detail, **told})
+
+    def stand_in(self, test: str) -> bool:  # noqa: ARG002  a replay knows
+        """Whether something else stands in for the body of a test."""
+        return False
 
     def end(self, error: BaseException | None, claimed: str) -> BaseException | None:
         """A test's body has ended with `error`; what it ends with, monitors included."""
@@ -174,6 +179,8 @@ class Run:
             return None
         self._sink = None
         end, detail = self._ended_at, {"outcome": came_of_it, "text": text}
+        if self._example:
+            detail["example"] = self._example
         try:
             sink.write(Moment("end", end, end, detail))
             sink.close()
@@ -181,9 +188,15 @@ class Run:
             self.ledger.problem(error)
         return rows.trace_file(sink.path, self.folder.relative(sink.path), len(bench.trace))
 
-    def keep_last_example(self) -> None:
-        """Write the record in memory: the last example of a property that failed."""
+    def keep_last_example(self, error: BaseException | None) -> None:
+        """Write the record in memory: the last example of a property that failed.
+
+        Args:
+            error: what it failed with; Hypothesis notes on it how to repeat the example.
+        """
         bench = self._bench
+        notes = "\n".join(getattr(error, "__notes__", ())).splitlines()
+        self._example = next((line for line in notes if "@reproduce_failure" in line), "")
         if bench is None or self._sink is not None:
             return
         try:
@@ -193,8 +206,8 @@ class Run:
                 self._sink.write(entry)
             for verdict in bench.verdicts:
                 self._sink.write(mark_of(verdict, self._ended_at))
-        except BenchError as error:
-            self.ledger.problem(error)
+        except BenchError as broken:
+            self.ledger.problem(broken)
 
     def store(self, ending: Ending, why: str) -> TestResult:
         """Write the result of a test; `why` is the reason in a line."""

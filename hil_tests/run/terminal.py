@@ -29,6 +29,9 @@ def plan_lines(plan: Plan) -> list[str]:
     """What was chosen, before anything is touched."""
     device = f"device: {_DEVICES[plan.device]}, profile {plan.profile.name} ({plan.why})"
     lines = [device]
+    if plan.recording is not None:
+        count = len(plan.recording.tests)
+        lines.append(f"REPLAY of {count} recorded tests: nothing is moved, nobody waits")
     if plan.mutant:
         lines.append(f"MUTANT: {plan.mutant} - a model that is faulty or different on purpose")
     lines.append(f"seed: {plan.settings['can_seed']}   bench: {plan.bench_name}")
@@ -106,7 +109,7 @@ def _told_lines(ledger: Ledger, told: Told) -> list[str]:
 def example_lines(error: BaseException) -> list[str]:
     """The example of a property that failed, as Hypothesis notes it, without our fixtures."""
     noted = "\n".join(getattr(error, "__notes__", ())).splitlines()
-    return [line for line in noted if "=<hil_tests." not in line]
+    return [line for line in noted if "=<hil_tests." not in line and "@reproduce" not in line]
 
 
 def closing_lines(ledger: Ledger) -> list[str]:

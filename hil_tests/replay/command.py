@@ -1,0 +1,122 @@
+"""`nodeproof replay`: what it takes; a recorded run goes to pytest, other files to the judge."""
+
+from __future__ import annotations
+
+import sys
+from argparse import ArgumentParser, Namespace
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from hil_tests.errors import ConfigError
+from hil_tests.replay.record import load_record
+from hil_tests.replay.runs import open_runs
+from hil_tests.reporting.files import RecordUnreadable
+from hil_tests.reporting.foreign import is_pcapng
+from hil_tests.reporting.results_reader import RESULTS
+
+USAGE = 4
+"""Wrong use, as pytest has it."""
+ACCEPTANCE = "hil_tests.acceptance"
+
+
+class _Parser(ArgumentParser):
+    """Ends with pytest's exit status for wrong use."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say what is wrong, and end."""
+        self.print_usage(sys.stderr)
+        self.exit(USAGE, f"{self.prog}: error: {message}\n")
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run as a program; returns its exit status."""
+    try:
+        return run(_Parser("python -m hil_tests.replay"), sys.argv[1:] if words is None else words)
+    except ConfigError as error:
+        print(error, file=sys.stderr)
+        return USAGE
+
+
+def run(parser: ArgumentParser, words: Sequence[str]) -> int:
+    """The command; returns its exit status.
+
+    Raises:
+        ConfigError: nothing that can be replayed.
+    """
+    parser.description = (
+        "Judge recordings. A run of ours goes through the same tests again; other recordings"
+        " (candump, BLF, ASC, pcapng) are judged by what needs no stimuli."
+    )
+    _add_options(parser)
+    options = parser.parse_args(words)
+    paths: list[Path] = options.recording
+    ours = [path for path in paths if _is_ours(path)]
+    if ours and len(ours) < len(paths):
+        other = next(path for path in paths if path not in ours)
+        raise ConfigError(f"{other} is no trace of ours, and {ours[0]} is; replay them one by one")
+    return _test(options) if ours else _judge(options)
+
+
+def _add_options(parser: ArgumentParser) -> None:
+    parser.add_argument(
+        "recording",
+        nargs="+",
+        type=Path,
+        metavar="RUN|FILE",
+        help="folder of a run, or recordings",
+    )
+    parser.add_argument("--profile", metavar="NAME|FILE", help="limits to judge by now")
+    parser.add_argument("--strict", action="store_true", help="observations fail, too")
+    parser.add_argument(
+        "--reports", metavar="DIR", default="reports", help="where the replay is written"
+    )
+
+
+def _is_ours(path: Path) -> bool:
+    """Whether it is a run of ours, or a trace of one of its tests."""
+    if path.is_dir() or path.name == RESULTS:
+        return True
+    try:
+        if not is_pcapng(path):
+            return False
+        load_record(path)
+    except RecordUnreadable:
+        return False
+    return True
+
+
+def _judge(options: Namespace) -> int:
+    raise ConfigError(f"{options.recording[0]}: no run and no trace of ours")
+
+
+def _test(options: Namespace) -> int:
+    """A run goes through pytest."""
+    import pytest  # noqa: PLC0415 - the command starts at once
+
+    given = [f"--can-replay={path}" for path in options.recording]
+    given.append(f"--can-reports={options.reports}")
+    if options.profile:
+        given.append(f"--can-profile={options.profile}")
+    if options.strict:
+        given.append("--can-strict")
+    recorded = open_runs([str(path) for path in options.recording])
+    found = places(recorded.tests)
+    return int(pytest.main(["-p", "no:cacheprovider", *given, *found]))
+
+
+def places(tests: Iterable[str]) -> list[str]:
+    """Where pytest finds tests, from their node ids.
+
+    Raises:
+        ConfigError: they are not ours, and not where they were.
+    """
+    files = {name.partition("::")[0] for name in tests}
+    folder = ACCEPTANCE.replace(".", "/")
+    own = sorted(file for file in files if folder not in file)
+    for file in own:
+        if not Path(file).is_file():
+            raise ConfigError(
+                f"{file}: the recorded tests stood there; replay from the folder that they are in"
+            )
+    return own or ["--pyargs", ACCEPTANCE]
