@@ -71,7 +71,7 @@ class NodeGuarding(QuietService):
 
     def deadline(self) -> int | None:
         """The end of the life time."""
-        return earliest(self._lapse_at, self._over_at)
+        return self._lapse_at if self._over_at is None else earliest(self._lapse_at, self._over_at)
 
     def stop(self) -> None:
         """Nobody is watched."""

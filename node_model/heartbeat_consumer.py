@@ -63,6 +63,7 @@ class HeartbeatConsumer(QuietService):
         self._errors = errors
         self._subs = [sub for sub in range(1, 128) if od.has(CONSUMER_TIME, sub)]
         self._watches: dict[int, Watch] = {}
+        self._due: int | None = None
         self._healed: list[tuple[int, str]] = []
         od.guard(CONSUMER_TIME, self._guard)
         od.observe(CONSUMER_TIME, self._written)
@@ -78,6 +79,7 @@ class HeartbeatConsumer(QuietService):
         """Nobody has been heard."""
         self._healed = []
         self._watches = {sub: self._watch(sub) for sub in self._subs}
+        self._plan()
         return super().start(now)
 
     def receive(self, frame: Frame, now: int) -> Frames:
@@ -88,6 +90,7 @@ class HeartbeatConsumer(QuietService):
         for watch in self._watches.values():
             if watch.active and frame.can_id == HEARTBEAT_BASE + watch.node_id:
                 frames = (*frames, *self._heard(watch, frame.data[0], now))
+        self._plan()
         return frames
 
     def advance(self, now: int) -> Frames:
@@ -95,18 +98,19 @@ class HeartbeatConsumer(QuietService):
         frames = NOTHING
         while (due := self.deadline()) is not None and due <= now:
             frames = (*frames, *self._fire(due))
+            self._plan()
         return frames
 
     def deadline(self) -> int | None:
         """The next node to be missed."""
-        ends = [watch.lapse_at for watch in self._watches.values()]
-        return earliest(*ends, *(at for at, _ in self._healed))
+        return self._due
 
     def stop(self) -> None:
         """Nobody is watched."""
         super().stop()
         self._watches = {}
         self._healed = []
+        self._due = None
 
     # What decides.
 
@@ -169,3 +173,9 @@ class HeartbeatConsumer(QuietService):
         if old.lost:
             self._healed.append((now, old.cause))
         self._watches[sub] = self._watch(sub)
+        self._plan()
+
+    def _plan(self) -> None:
+        """When somebody will be missed, or an event is over."""
+        ends = (watch.lapse_at for watch in self._watches.values())
+        self._due = earliest(*ends, *(at for at, _ in self._healed))

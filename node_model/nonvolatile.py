@@ -35,6 +35,9 @@ MAKER = {4: range(0x2000, 0x6000)}
 Content = dict[tuple[int, int], bytes]
 """Stored values by index and sub-index."""
 
+BYTE_NS = 50_000
+"""How long a memory needs for a byte: a thousand of them are safe within 0.1 s."""
+
 HEADER_BYTES = 5
 """Of each value in a record: index, sub-index, length."""
 
@@ -70,7 +73,7 @@ class NonVolatile(QuietService):
         keeps: Callable[[Entry], bool] = is_parameter,
         *,
         maker: Mapping[int, range] = MAKER,
-        byte_ns: int = 50_000,
+        byte_ns: int = BYTE_NS,
         store: Callable[[int, bytes, int], LongRecordStore] = LongRecordStore,
     ) -> None:
         self._od = od

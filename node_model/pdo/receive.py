@@ -100,7 +100,7 @@ class Rpdo:
 
     def deadline(self) -> int | None:
         """The end of its event time."""
-        return earliest(self._lapse_at, self._over_at)
+        return self._lapse_at if self._over_at is None else earliest(self._lapse_at, self._over_at)
 
     # What decides.
 

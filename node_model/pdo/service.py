@@ -142,9 +142,11 @@ class PdoService(QuietService):
         """The next PDO to send or to miss."""
         soonest = self._waiting[0][0] if self._waiting else None
         for rpdo in self._living_rpdos:
-            soonest = earliest(soonest, rpdo.deadline())
+            if (due := rpdo.deadline()) is not None:
+                soonest = earliest(soonest, due)
         for tpdo in self._living_tpdos:
-            soonest = earliest(soonest, tpdo.deadline())
+            if (due := tpdo.deadline()) is not None:
+                soonest = earliest(soonest, due)
         return soonest
 
     def stop(self) -> None:

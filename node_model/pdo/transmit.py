@@ -114,7 +114,7 @@ class Tpdo:
 
     def deadline(self) -> int | None:
         """The end of the inhibit time or of the event time."""
-        return earliest(self._due_at, self._timer_at)
+        return self._due_at if self._timer_at is None else earliest(self._due_at, self._timer_at)
 
     # What decides.
 

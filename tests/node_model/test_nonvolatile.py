@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from node_model.node import MS, US
-from node_model.nonvolatile import NonVolatile
+from node_model.nonvolatile import NonVolatile, is_parameter
 from node_model.od import AbortCode, Access, DataType, Entry, ObjectDictionary
 from tests.node_model.services import entry, passing, refused, u8, u16, u32, write
 
@@ -89,6 +89,28 @@ def test_saved_values_survive_a_power_cycle_and_a_reset() -> None:
     device.set(*ALL, to=8)
     device.memory.restore(lambda _: True)
     assert device.values() == [7, 7, 7, 40]
+
+
+def test_what_is_no_parameter_does_not_survive() -> None:
+    """A domain without limit, and what clients cannot read back."""
+    device = Device()
+    device.od.write(0x2002, 0, b"another file", 0)
+    write(device.od, 0x2003, 0, 9)
+    device.command(0x1010)
+    again = device.again().od
+    assert (again.get(0x2002), again.get(0x2003)) == (b"x", b"\0")
+    kept = {each.index for each in objects() if is_parameter(each)}
+    assert kept == {0x1020, BEAT, MAKER, 0x2001, APPLICATION}
+
+
+@pytest.mark.parametrize(
+    ("sub", "first", "last"),
+    [(1, 0, 0xFFFF), (2, 0x1000, 0x1FFF), (3, 0x6000, 0x9FFF), (4, 0x2000, 0x5FFF)],
+)
+def test_a_group_has_exact_bounds(sub: int, first: int, last: int) -> None:
+    """The areas of CiA 301."""
+    group = Device().memory.group(sub)
+    assert (group[0], group[-1]) == (first, last)
 
 
 def test_texts_survive_with_their_length() -> None:
