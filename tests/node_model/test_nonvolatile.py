@@ -235,6 +235,18 @@ def test_a_power_cut_at_any_instant_leaves_the_old_or_the_new_set() -> None:
     assert all(values == [7, 7, 7] for values in seen[:-1])
 
 
+def test_what_a_power_cut_has_lost_is_not_stored_with_the_next_group() -> None:
+    """The device knows after power-on only what its memory holds."""
+    device = Device()
+    device.set(*ALL)
+    write(device.od, 0x1010, 2, SAVE, 0)
+    device.memory.stop()
+    device.memory.restore(lambda _: True)
+    device.set(APPLICATION)
+    device.command(0x1010, 3)
+    assert device.again().values()[:3] == [1000, 20, 7]
+
+
 def test_a_reset_waits_for_what_is_being_stored() -> None:
     """The device finishes it before it obeys."""
     device = Device()
@@ -266,7 +278,7 @@ def test_a_change_of_the_configuration_clears_the_date(index: int) -> None:
     write(device.od, 0x1020, 1, 15_000)
     write(device.od, 0x1020, 2, 3_600_000)
     device.set(index)
-    assert (device.od.number(0x1020, 1), device.od.number(0x1020, 2)) == (0, 0)
+    assert (device.od.read(0x1020, 1), device.od.read(0x1020, 2)) == (bytes(4), bytes(4))
 
 
 def test_what_is_no_change_keeps_the_date() -> None:
