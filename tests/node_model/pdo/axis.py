@@ -29,6 +29,7 @@ def objects() -> list[Entry]:
         entry(0x2000, 4, DataType.UNSIGNED8, access=Access.WO, pdo=True),
         entry(0x2000, 5, DataType.UNSIGNED8, access=Access.CONST, pdo=True),
         entry(0x2000, 6, DataType.UNSIGNED8, access=Access.RW),
+        entry(0x2000, 8, DataType.UNSIGNED8, access=Access.RWR, pdo=True),
         Entry(0x2000, 7, "text", DataType.VISIBLE_STRING, Access.RW, b"axis", b"axis", pdo=True),
     ]
 

@@ -107,9 +107,11 @@ def test_a_tpdo_refuses_what_it_cannot_carry(value: int, code: AbortCode) -> Non
     assert refused(axis.od, 0x1A02, 1, value) is code
 
 
-@pytest.mark.parametrize("value", [0x60410010, 0x20000508, 0x20000108, 0x20000101, 0x20000218])
+@pytest.mark.parametrize(
+    "value", [0x60410010, 0x20000508, 0x20000108, 0x20000101, 0x20000218, 0x20000808]
+)
 def test_a_tpdo_carries_what_can_be_read(value: int) -> None:
-    """ro, const, and rw."""
+    """ro, const, rw, and rwr."""
     write(Axis().od, 0x1A02, 1, value)
 
 
@@ -118,13 +120,14 @@ def test_a_tpdo_carries_what_can_be_read(value: int) -> None:
     [
         (0x60410010, AbortCode.NOT_MAPPABLE),
         (0x20000508, AbortCode.NOT_MAPPABLE),
+        (0x20000808, AbortCode.NOT_MAPPABLE),
         (0x00050010, AbortCode.NOT_MAPPABLE),
         (0x00050108, AbortCode.NOT_MAPPABLE),
         (0x00080020, AbortCode.NO_OBJECT),
     ],
 )
 def test_an_rpdo_refuses_what_it_cannot_bring(value: int, code: AbortCode) -> None:
-    """ro, const, a dummy of the wrong length or sub-index, REAL32, which is no dummy."""
+    """ro, const, rwr, a dummy of the wrong length or sub-index, REAL32, which is no dummy."""
     assert refused(Axis().od, 0x1601, 1, value) is code
 
 
