@@ -90,11 +90,8 @@ class Cia301Bench(Bench):
 
     def go_home(self) -> None:
         """Without errors, and reset, so that what was changed over SDO is gone."""
-        if self.stage.virtual:
-            return
-        if self.faults and self.faults.active:
-            self.faults.heal()
-        self.boot()
+        if not self.stage.virtual:
+            self.start()
 
     def entered(self, command: Seen) -> Seen:
         """Where its heartbeat shows it, the device is operational once "start" has acted."""

@@ -79,17 +79,17 @@ class DeviceFrames:
 
     def __init__(self, expected: Expected, timeline: StateTimeline) -> None:
         self._timeline = timeline
-        self._rules = identifiers(expected.node_id) if expected.node_id is not None else None
+        self._identified = expected.node_id is not None
+        self._rules = identifiers(expected.node_id) if expected.node_id is not None else {}
         self._suspicions: list[Suspicion] = []
 
     def admit(self, can_id: int, role: Role) -> None:
         """The device was given another identifier to send under."""
-        if self._rules is not None:
-            self._rules[can_id] = _RULES[role]
+        self._rules[can_id] = _RULES[role]
 
     def see(self, seen: Seen) -> None:
         """Note what is wrong with a frame."""
-        if self._rules is None:
+        if not self._identified:
             return  # without a node id nobody can say whose frame it is
         frame = seen.frame
         if frame.extended or frame.remote:

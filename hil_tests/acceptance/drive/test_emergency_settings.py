@@ -88,7 +88,6 @@ def test_messages_can_have_another_identifier(
         code, told = faults.known[name].code, int.from_bytes(found.frame.data[:2], "little")
         bench.check(told == code, f"the code is {code:04X}h; it is {told:04X}h", since=moment)
         bench.never(emcy(bench), after=moment, for_ns=200 * MS)
-    bench.nmt(Nmt.RESET_NODE)
 
 
 @pytest.mark.requirement("EM-07")

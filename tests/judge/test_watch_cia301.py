@@ -1,0 +1,347 @@
+"""The watch of a device with an object dictionary: its frames, and what was set in it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from hil_tests.clock import MS
+from hil_tests.judge.cobs import Nmt
+from hil_tests.judge.expected import Expected, Family
+from hil_tests.judge.verdict import Outcome
+from node_model.frame import Frame
+from tests.judge.scene import NODE, Scene, device
+
+
+def tolerances(period_ns: int) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Five and two percent."""
+    each, mean = period_ns // 20, period_ns // 50
+    return (period_ns - each, period_ns + each), (period_ns - mean, period_ns + mean)
+
+
+def drive(*, exclusive: bool = True, heartbeat_ms: int = 100) -> Expected:
+    """A node 5 with an object dictionary."""
+    known = device(exclusive=exclusive, heartbeat_ms=None)
+    known = replace(known, family=Family.CIA301, tolerances=tolerances)
+    return known.beating(heartbeat_ms * MS)
+
+
+def running(heartbeat_ms: int = 0, *, exclusive: bool = True) -> Scene:
+    """A device that is operational since 200 ms."""
+    scene = Scene(drive(exclusive=exclusive, heartbeat_ms=heartbeat_ms)).started()
+    scene.command(Nmt.START, 60)
+    return scene
+
+
+def write(scene: Scene, request: str, at_ms: float, answer: str | None = None) -> None:
+    """An SDO request of the tester, and 1 ms later the answer: written, unless it is another."""
+    data = bytes.fromhex(request)
+    scene.see(Frame(0x600 + NODE, data), at_ms, own=True)
+    said = bytes.fromhex(answer) if answer else b"\x60" + data[1:4] + bytes(4)
+    scene.see(Frame(0x580 + NODE, said), at_ms + 1)
+
+
+FRAMES = {
+    "SYNC": (Frame(0x080), "C-NMT-16"),
+    "EMCY": (Frame(0x085, bytes(8)), "C-EM-17"),
+    "TIME": (Frame(0x100, bytes(6)), "C-NMT-16"),
+    "TPDO1": (Frame(0x185, b"\x01"), "C-TP-01"),
+    "TPDO4": (Frame(0x485, bytes(8)), "C-TP-01"),
+    "SDO answer": (Frame(0x585, bytes(8)), "C-NMT-16"),
+}
+
+
+@pytest.mark.parametrize("name", FRAMES)
+def test_in_operational_every_service_speaks(name: str) -> None:
+    """None of its frames is blamed."""
+    scene = running()
+    scene.see(FRAMES[name][0], 200)
+    assert scene.blamed(300) == []
+
+
+@pytest.mark.parametrize("name", FRAMES)
+def test_in_stopped_none_does(name: str) -> None:
+    """Each is blamed by the rule that forbids it; what may have come before the command is not."""
+    frame, rule = FRAMES[name]
+    scene = running()
+    scene.command(Nmt.STOP, 200)
+    scene.see(frame, 240)
+    assert scene.blamed(300) == []
+    scene.see(frame, 300)
+    assert scene.blamed(400) == [rule]
+    scene.see(Frame(0x7E4, bytes(8)), 310)
+    assert scene.blamed(400) == [rule]
+
+
+def test_in_pre_operational_no_pdo_is_sent() -> None:
+    """The others are."""
+    scene = Scene(drive(heartbeat_ms=0)).started()
+    for frame, _ in FRAMES.values():
+        scene.see(frame, 100)
+    assert scene.blamed(200) == ["C-TP-01", "C-TP-01"]
+
+
+def test_where_the_host_was_late_the_state_is_in_doubt() -> None:
+    """A PDO that was due before the command and sent late is held against nobody for certain."""
+    scene = running()
+    scene.command(Nmt.STOP, 200)
+    scene.see(FRAMES["TPDO1"][0], 300)
+    scene.lateness.add(190 * MS, 300 * MS)
+    assert [each.outcome for each in scene.verdicts(400)] == [Outcome.INCONCLUSIVE]
+
+
+@pytest.mark.parametrize(
+    ("frame", "rule"),
+    [
+        (Frame(0x123, b"\x01"), "C-RB-01"),
+        (Frame(0x186, b"\x01"), "C-RB-01"),
+        (Frame(0x185, remote=True, dlc=1), "C-RB-02"),
+        (Frame(0x185, b"\x01", extended=True), "C-RB-02"),
+        (Frame(0x085, bytes(7)), "C-RB-02"),
+        (Frame(0x585, bytes(7)), "C-RB-02"),
+        (Frame(0x100, bytes(8)), "C-RB-02"),
+        (Frame(0x080, bytes(2)), "C-RB-02"),
+    ],
+)
+def test_strange_and_ill_formed_frames_are_blamed(frame: Frame, rule: str) -> None:
+    """Whatever the state is."""
+    scene = running()
+    scene.see(frame, 200)
+    assert scene.blamed(300) == [rule]
+
+
+def test_on_a_shared_bus_only_its_identifiers_are_its_own() -> None:
+    """Until it is given another one."""
+    scene = running(exclusive=False)
+    scene.see(Frame(0x186, b"\x01"), 200)
+    scene.see(Frame(0x1C0, bytes(2)), 201)
+    assert scene.blamed(300) == []
+    write(scene, "23001801C0010000", 300)
+    scene.command(Nmt.STOP, 310)
+    scene.see(Frame(0x1C0, bytes(2)), 400)
+    assert scene.blamed(500) == ["C-TP-01"]
+
+
+def test_nobody_can_say_whose_a_frame_is_without_a_node_id() -> None:
+    """So none is blamed."""
+    scene = Scene(replace(drive(heartbeat_ms=0), node_id=None))
+    scene.see(Frame(0x123), 10)
+    assert scene.blamed(100) == []
+
+
+@pytest.mark.parametrize(
+    ("request_", "can_id", "size"),
+    [
+        ("23001801C0010000", 0x1C0, 8),
+        ("2314100081000000", 0x081, 8),
+        ("2305100080000040", 0x080, 1),
+        ("2312100010010040", 0x110, 6),
+        ("2301120290050000", 0x590, 8),
+        ("23FF1901C0010000", 0x1C0, 3),
+    ],
+)
+def test_an_identifier_that_was_configured_is_its_own(
+    request_: str, can_id: int, size: int
+) -> None:
+    """TPDO, emergency message, SYNC, TIME and SDO answer, from the answer on."""
+    scene = running()
+    before = len(scene.blamed(200))
+    write(scene, request_, 200)
+    scene.see(Frame(can_id, bytes(size)), 210)
+    assert len(scene.blamed(300)) == before
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        "23001801C0010080",  # invalid
+        "23001802C0010000",  # not the identifier
+        "23140000C0010000",  # another object
+        "2314100000000080",  # switched off
+        "2305100082010000",  # no producer
+        "2312100010010080",  # a consumer
+        "2101180108000000",  # a segmented download
+    ],
+)
+def test_what_gives_no_identifier_gives_none(request_: str) -> None:
+    """Such a write admits nothing."""
+    scene = running()
+    write(scene, request_, 200)
+    scene.see(Frame(0x1C0, bytes(8)), 210)
+    assert scene.blamed(300) == ["C-RB-01"]
+
+
+def test_what_was_refused_admits_nothing() -> None:
+    """Nor does an answer to something else, or one without a request."""
+    request = "23001801C0010000"
+    for answer in ("8000180130000906", "6001180100000000", "60"):
+        scene = running()
+        write(scene, request, 200, answer=answer)
+        scene.see(Frame(0x1C0, bytes(8)), 210)
+        assert "C-RB-01" in scene.blamed(300)
+    scene = running()
+    scene.see(Frame(0x585, bytes.fromhex("6000180100000000")), 200)
+    scene.see(Frame(0x1C0, bytes(8)), 210)
+    assert scene.blamed(300) == ["C-RB-01"]
+
+
+def test_requests_that_are_none_are_not_heard() -> None:
+    """Too short, extended, or an upload: the answer that follows means nothing."""
+    data = bytes.fromhex("23001801C0010000")
+    for frame in (
+        Frame(0x605, data[:7]),
+        Frame(0x605, data, extended=True),
+        Frame(0x605, b"\x40" + data[1:]),
+        Frame(0x606, data),
+    ):
+        scene = running()
+        scene.see(frame, 200, own=True)
+        scene.see(Frame(0x585, bytes.fromhex("6000180100000000")), 201)
+        scene.see(Frame(0x1C0, bytes(8)), 210)
+        assert scene.blamed(300) == ["C-RB-01"]
+
+
+HEARTBEAT_50 = "2B17100032000000"
+HEARTBEAT_OFF = "2B17100000000000"
+
+
+def test_a_new_heartbeat_period_counts_from_the_answer_on() -> None:
+    """From 100 ms to 50: beats at the old period are blamed, those at the new one are not."""
+    for step, blamed in ((50, []), (100, ["C-HB-04"])):
+        scene = running(100)
+        scene.beats([149, 249], state=0x05)
+        write(scene, HEARTBEAT_50, 260)
+        scene.beats([300, 300 + step, 300 + 2 * step], state=0x05)
+        assert scene.blamed(320 + 2 * step)[:1] == blamed
+
+
+def test_a_beat_at_once_after_a_new_period_is_free() -> None:
+    """Some devices send one with the write; the next is a period later."""
+    scene = running(100)
+    scene.beats([149, 249], state=0x05)
+    write(scene, HEARTBEAT_50, 260)
+    scene.beats([261, 311, 361], state=0x05)
+    assert scene.blamed(400) == []
+
+
+def test_a_heartbeat_that_was_switched_off_stays_away() -> None:
+    """One that was on its way is not blamed, a later one is."""
+    scene = running(100)
+    scene.beats([149], state=0x05)
+    scene.see(Frame(0x605, bytes.fromhex(HEARTBEAT_OFF)), 240, own=True)
+    scene.beats([249], state=0x05)
+    scene.see(Frame(0x585, bytes.fromhex("6017100000000000")), 250)
+    assert scene.blamed(1000) == []
+    scene.beats([1100], state=0x05)
+    assert scene.blamed(1200) == ["C-HB-06"]
+
+
+def test_a_period_that_the_record_does_not_show_is_not_judged() -> None:
+    """A segmented download: whatever comes then is right."""
+    scene = running(100)
+    scene.beats([149], state=0x05)
+    write(scene, "2117100002000000", 200)
+    scene.beats([210, 217, 900], state=0x05)
+    assert scene.blamed(2000) == []
+
+
+def test_a_reset_brings_the_old_period_back() -> None:
+    """Reset node and power for certain; after reset communication nobody can say."""
+    for command, late in ((Nmt.RESET_NODE, ["C-HB-04"]), (Nmt.RESET_COMMUNICATION, [])):
+        scene = running(100)
+        write(scene, HEARTBEAT_50, 100)
+        scene.command(command, 120)
+        scene.boot(200)
+        scene.beats([250, 300])
+        assert scene.blamed(310)[:1] == late
+    scene = running(100)
+    write(scene, HEARTBEAT_50, 100)
+    scene.power(120, on=False)
+    scene.started(400)
+    scene.beats([550, 650])
+    assert scene.blamed(700) == []
+
+
+def test_who_watches_anew_knows_what_was_set() -> None:
+    """Period and identifiers go over to the next watch of the same device."""
+    scene = running(100)
+    write(scene, HEARTBEAT_50, 100)
+    write(scene, "23001801C0010000", 110)
+    later = running(100)
+    later.watch.goes_on_from(scene.watch)
+    later.see(Frame(0x1C0, bytes(2)), 160)
+    later.beats([170, 220, 270], state=0x05)
+    assert later.blamed(300) == []
+    same = running(100)
+    same.watch.goes_on_from(running(100).watch)
+    same.beats([170, 220, 270], state=0x05)
+    assert same.blamed(300)[:1] == ["C-HB-13"]
+
+
+def poll(scene: Scene, at_ms: float) -> None:
+    """A guarding request of the tester."""
+    scene.see(Frame(0x700 + NODE, remote=True, dlc=1), at_ms, own=True)
+
+
+def test_an_answer_to_a_guarding_request_is_no_heartbeat() -> None:
+    """With a period of 0; without a request, or a second time, it is one."""
+    scene = running(0)
+    for turn in range(4):
+        poll(scene, 200 + 100 * turn)
+        scene.beat(201 + 100 * turn, 0x05 | (0x80 if turn % 2 else 0))
+    assert scene.blamed(600) == []
+    scene.beat(602, 0x85)
+    assert set(scene.blamed(700)) == {"C-HB-06", "C-HB-02"}
+
+
+def test_an_answer_that_comes_much_too_late_is_none() -> None:
+    """A quarter of a second after the request it is a heartbeat that should not be."""
+    for at_ms, blamed in ((440, []), (460, ["C-HB-06"])):
+        scene = running(0)
+        poll(scene, 200)
+        scene.beat(at_ms, 0x05)
+        assert scene.blamed(600) == blamed
+
+
+def test_what_comes_before_the_request_is_no_answer() -> None:
+    """Asked for earlier, though seen later."""
+    scene = running(0)
+    poll(scene, 250)
+    scene.see(Frame(0x705, b"\x05"), 240, 0)
+    assert scene.blamed(600) == ["C-HB-06"]
+
+
+def test_where_the_heartbeat_runs_no_request_is_answered() -> None:
+    """What comes is a beat too many."""
+    scene = running(100)
+    scene.beats([149, 249], state=0x05)
+    poll(scene, 280)
+    scene.beat(281, 0x05)
+    assert scene.blamed(300) == ["C-HB-04"]
+
+
+def test_requirements_of_a_start_are_those_of_cia_301() -> None:
+    """Boot-up missing, repeated, not first; a state that no command led to."""
+    scene = Scene(drive())
+    scene.power(0, on=True)
+    assert scene.blamed(2000) == ["C-NMT-01"]
+    scene = running(100)
+    scene.boot(150)
+    assert scene.blamed(160) == ["C-NMT-13"]
+    scene = Scene(drive(heartbeat_ms=0))
+    scene.power(0, on=True)
+    scene.see(Frame(0x085, bytes(8)), 30)
+    scene.boot(50)
+    assert "C-NMT-02" in scene.blamed(100)
+    scene = Scene(drive()).started()
+    scene.beat(149, 0x05)
+    assert scene.blamed(160) == ["C-NMT-19"]
+
+
+def test_a_device_without_limits_may_beat_as_it_likes() -> None:
+    """Where nobody says what an interval may be, none is wrong."""
+    known = replace(device(heartbeat_ms=None), family=Family.CIA301).beating(100 * MS)
+    scene = Scene(known).started()
+    scene.beats([60, 61, 900])
+    assert scene.blamed(5000) == []
