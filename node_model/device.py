@@ -129,6 +129,7 @@ class Cia301Device:
         return (heartbeat_frame(self.node_id, NmtState.INITIALISING),)
 
     def _begin(self, row: tuple[Service, ...], now: int) -> Frames:
+        self.services.sdo.pace(self.bit_rate)
         self._row = row
         self._stale = True
         return gathered(service.start(now) for service in row)

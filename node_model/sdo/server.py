@@ -12,6 +12,7 @@ instant. So the device asks its other services for `advance` (or `deadline`) and
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 from node_model.cob_id import BIT_30, BIT_31, CAN_ID, check_cob_id, check_same_can_id
@@ -26,6 +27,10 @@ REQUESTS, ANSWERS = 0x600, 0x580
 """Identifiers of the default server less its node id (CiA 301 4.2.0, 7.3.5)."""
 DEFAULT_SERVER, LAST_SERVER = 0x1200, 0x127F
 _EXTENDED = 1 << 29
+
+
+LONGEST_FRAME_BITS = 138
+"""A base frame of eight bytes with every stuff bit (135), and the intermission."""
 
 
 class SdoServer:
@@ -109,6 +114,18 @@ class SdoServer:
         self._forget()
 
     # How it is set up.
+
+    def pace(self, bit_rate: int) -> None:
+        """Uploaded blocks leave room on the wire for what the device sends beside them.
+
+        Their segments keep the distance of the longest frame and a tenth more, from the next
+        `start` on: so at most one of them waits in the controller before a heartbeat or PDO.
+
+        Args:
+            bit_rate: of the wire in bit/s.
+        """
+        gap_ns = LONGEST_FRAME_BITS * 1_100_000_000 // bit_rate
+        self.settings = replace(self.settings, segment_gap_ns=gap_ns)
 
     def _set_default(self) -> None:
         """1200h shows the identifiers that follow from the node id."""

@@ -281,3 +281,14 @@ def test_a_number_comes_in_blocks_too() -> None:
     client.block_download(QUAD, 0, b"8 bytes!", 8)
     assert od.get(QUAD) == b"8 bytes!"
     assert client.block_upload(BYTE) == b"\1"
+
+
+@pytest.mark.parametrize(("bit_rate", "gap_ns"), [(1_000_000, 151_800), (10_000, 15_180_000)])
+def test_a_paced_server_leaves_room_on_the_wire(bit_rate: int, gap_ns: int) -> None:
+    """Segments keep the distance of the longest frame and a tenth more."""
+    _, client = filled(24)
+    client.server.pace(bit_rate)
+    client.server.start(0)
+    client.one(b"\xa4", place(DOMAIN, 0), b"\x03")
+    client.ask(b"\xa3")
+    assert client.server.deadline() == client.now + gap_ns
