@@ -1,0 +1,257 @@
+"""Storing and restoring parameters (CiA 301 4.2.0, 7.5.2.12 and 7.5.2.13)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from hil_tests.acceptance.cia301.steps import (
+    PRODUCER,
+    RESTORE,
+    STORE,
+    beats,
+    needs,
+    needs_writable,
+    reset,
+    shown,
+    writable_objects,
+)
+from hil_tests.api import (
+    LOOK_ON_NS,
+    Abort,
+    Cia301Bench,
+    EdsObject,
+    Limits,
+    Nmt,
+    NotApplicable,
+    Power,
+    Sdo,
+    Sheet,
+    accepted,
+    matchers,
+    sdo_frames,
+)
+
+PROFILE_AREA, WHOLE_AREA = range(0x6000, 0xA000), range(0x2000, 0xA000)
+"""What sub-index 3 stores, and all of the application."""
+SAVE, LOAD = b"save", b"load"
+ALL, COMMUNICATION, APPLICATION = 1, 2, 3
+ON_COMMAND, BY_ITSELF = 1, 2
+WRONG = (b"SAVE", b"evas", b"load", bytes(4), b"\xff\xff\xff\xff")
+
+
+def order(bench: Cia301Bench, sdo: Sdo, index: int, sub: int, signature: bytes) -> None:
+    """Store or restore; it is answered within the time that storing may take.
+
+    Storing may keep a device busy for longer than an SDO request usually takes.
+    """
+    sent = sdo.post(sdo_frames.write(index, sub, signature))
+    within = bench.profile.limits.store_ns
+    matcher = matchers.cob(sdo.answer_id, "an SDO answer")
+    seen = bench.first(matcher, sent, sent.at + within + LOOK_ON_NS)
+    told = seen.frame if seen else "nothing"
+    wanted = b"\x60" + sdo_frames.multiplexer(index, sub) + bytes(4)
+    text = f"{signature!r} to {shown(index, sub)} is confirmed; the answer was {told}"
+    served = seen is not None and seen.frame.data[:4] == wanted[:4]
+    bench.check(served, text, requirement="C-ST-02", since=sent)
+    assert seen is not None
+    span = bench.when(seen).since(bench.when(sent))
+    text = f"{signature!r} to {shown(index, sub)}"
+    bench.measure(span, Limits(at_most_ns=within), text, requirement="C-ST-08", since=sent)
+    bench.wait(within)
+
+
+def storing(bench: Cia301Bench, sheet: Sheet, sub: int = ALL) -> None:
+    """The device stores on command, and may be told to."""
+    needs_writable(sheet, (STORE, sub), (RESTORE, sub))
+    bench.needs_writes("the device's non-volatile memory is written")
+
+
+@contextmanager
+def put_back(bench: Cia301Bench, sdo: Sdo, *places: tuple[int, int]) -> Iterator[None]:
+    """What is stored inside is stored as it was before, and read back after a reset."""
+    before = {place: sdo.read(*place) for place in places}
+    try:
+        yield
+    finally:
+        reset(bench)
+        for (index, sub), data in before.items():
+            sdo.write(index, sub, data)
+        order(bench, sdo, STORE, ALL, SAVE)
+        reset(bench)
+        for (index, sub), data in before.items():
+            found = sdo.read(index, sub)
+            text = f"{shown(index, sub)} is stored as {data.hex()} again; it is {found.hex()}"
+            bench.check(found == data, text, requirement="C-ST-04")
+
+
+@pytest.mark.requirement("C-ST-01")
+@pytest.mark.parametrize("index", [STORE, RESTORE])
+def test_what_it_can_store_and_restore_is_told(
+    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, index: int
+) -> None:
+    """1010h: bit 0 on command, bit 1 by itself; 1011h: bit 0; the other bits are 0."""
+    needs(sheet, (index, 1))
+    bench.start()
+    for one in sheet:
+        if one.index != index or not one.sub:
+            continue
+        value = sdo.number(index, one.sub)
+        bits = ON_COMMAND | BY_ITSELF if index == STORE else ON_COMMAND
+        text = f"{one.place} has no bits but {bits:X}h; it is {value:08X}h"
+        bench.check(not value & ~bits, text)
+
+
+@pytest.mark.requirement("C-ST-02", "C-ST-04")
+@pytest.mark.parametrize("signature", WRONG, ids=[data.hex() for data in WRONG])
+def test_a_wrong_signature_stores_nothing(
+    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, signature: bytes
+) -> None:
+    """It is refused, and what was written before is gone after a reset."""
+    storing(bench, sheet)
+    needs_writable(sheet, (PRODUCER, 0))
+    bench.start()
+    before = sdo.number(PRODUCER)
+    beats(sdo, before + 33)
+    outcome = sdo.try_write(STORE, ALL, signature)
+    sdo.expect_abort(outcome, accepted.SIGNATURE, f"{signature!r} to 1010h:01")
+    bench.wait(bench.profile.limits.store_ns)
+    reset(bench)
+    found = sdo.number(PRODUCER)
+    bench.check(found == before, f"1017h is {before} after a reset; it is {found}")
+
+
+@pytest.mark.requirement("C-ST-02", "C-ST-05")
+def test_a_wrong_signature_restores_nothing(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+    """A "save" to 1011h is refused, and stored values are still there after a reset."""
+    storing(bench, sheet)
+    needs_writable(sheet, (PRODUCER, 0))
+    bench.start()
+    with put_back(bench, sdo, (PRODUCER, 0)):
+        beats(sdo, 222)
+        order(bench, sdo, STORE, ALL, SAVE)
+        outcome = sdo.try_write(RESTORE, ALL, SAVE)
+        sdo.expect_abort(outcome, accepted.SIGNATURE, "'save' to 1011h:01")
+        reset(bench)
+        found = sdo.number(PRODUCER)
+        bench.check(found == 222, f"1017h is 222 after a reset; it is {found}")
+
+
+@pytest.mark.requirement("C-ST-04", "C-ST-02", "C-ST-08")
+@pytest.mark.parametrize("command", [Nmt.RESET_NODE, Nmt.RESET_COMMUNICATION])
+def test_what_was_stored_survives_a_reset(
+    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, command: Nmt
+) -> None:
+    """What was changed since is gone, but for what reset communication keeps."""
+    storing(bench, sheet)
+    needs_writable(sheet, (PRODUCER, 0))
+    bench.start()
+    with put_back(bench, sdo, (PRODUCER, 0)):
+        beats(sdo, 222)
+        order(bench, sdo, STORE, ALL, SAVE)
+        beats(sdo, 444)
+        reset(bench, command)
+        found = sdo.number(PRODUCER)
+        text = f"1017h is 222, as it was stored; it is {found}"
+        if command is Nmt.RESET_COMMUNICATION and found == 444:
+            bench.characteristic("C-NMT-12", "1017h is kept over reset communication")
+        else:
+            bench.check(found == 222, text)
+
+
+@pytest.mark.requirement("C-ST-04")
+def test_what_was_stored_survives_without_supply(
+    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, power: Power
+) -> None:
+    """The supply is cut and comes back."""
+    storing(bench, sheet)
+    needs_writable(sheet, (PRODUCER, 0))
+    bench.start()
+    with put_back(bench, sdo, (PRODUCER, 0)):
+        beats(sdo, 222)
+        order(bench, sdo, STORE, ALL, SAVE)
+        power.off()
+        on = power.on()
+        within = bench.profile.limits.boot_up_ns
+        boot_up = matchers.boot_up(bench.node_id)
+        bench.expect(boot_up, after=on, within=within, requirement="C-NMT-01")
+        found = sdo.number(PRODUCER)
+        bench.check(found == 222, f"1017h is 222, as it was stored; it is {found}")
+
+
+@pytest.mark.requirement("C-ST-05", "C-ST-02")
+def test_load_acts_with_the_next_reset(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+    """Until then the stored value is there; then the default is."""
+    storing(bench, sheet)
+    needs_writable(sheet, (PRODUCER, 0))
+    one = sheet.get(PRODUCER)
+    if one is None or one.default is None:
+        raise NotApplicable("the data sheet gives no default for 1017h")
+    bench.start()
+    with put_back(bench, sdo, (PRODUCER, 0)):
+        beats(sdo, 222)
+        order(bench, sdo, STORE, ALL, SAVE)
+        order(bench, sdo, RESTORE, ALL, LOAD)
+        found = sdo.number(PRODUCER)
+        bench.check(found == 222, f"1017h is 222 until the reset; it is {found}")
+        reset(bench)
+        found = sdo.number(PRODUCER)
+        wanted = int(one.default.at(bench.node_id))
+        bench.check(found == wanted, f"1017h is {wanted} by default; it is {found}")
+
+
+def storable(sheet: Sheet, area: range) -> tuple[EdsObject, bytes]:
+    """A setting of the application, and a value that it can have and has not by default."""
+    for one in writable_objects(sheet):
+        if one.index not in area or one.pdo or not one.kind.is_number or one.default is None:
+            continue
+        edges = [limit for limit in (one.low, one.high) if limit is not None]
+        for edge in edges:
+            if edge.number != one.default.number:
+                return one, edge.bytes_at(0)
+        if not edges and one.kind.size == 2:
+            return one, b"\x34\x12"
+    raise NotApplicable(f"the device has no setting in {area[0]:04X}h to {area[-1]:04X}h")
+
+
+@pytest.mark.requirement("C-ST-06")
+@pytest.mark.parametrize("sub", [COMMUNICATION, APPLICATION])
+def test_each_group_is_stored_by_itself(
+    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, sub: int
+) -> None:
+    """Communication (1017h) with sub-index 2, the application with 3: the other is gone."""
+    storing(bench, sheet, sub)
+    storing(bench, sheet)
+    needs_writable(sheet, (PRODUCER, 0))
+    one, other = storable(sheet, PROFILE_AREA if sub == APPLICATION else WHOLE_AREA)
+    place = (one.index, one.sub)
+    bench.start()
+    with put_back(bench, sdo, (PRODUCER, 0), place):
+        before = sdo.read(*place)
+        old = sdo.number(PRODUCER)
+        beats(sdo, 222)
+        sdo.write(*place, other)
+        order(bench, sdo, STORE, sub, SAVE)
+        reset(bench)
+        wanted = (222, before) if sub == COMMUNICATION else (old, other)
+        found = (sdo.number(PRODUCER), sdo.read(*place))
+        text = f"1017h and {one.place} are {wanted[0]} and {wanted[1].hex()}"
+        bench.check(found == wanted, f"{text}; they are {found[0]} and {found[1].hex()}")
+
+
+@pytest.mark.requirement("C-ST-08")
+def test_storing_leaves_the_device_serving(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+    """It is over in time; how long the heartbeat pauses is written down."""
+    storing(bench, sheet)
+    needs_writable(sheet, (PRODUCER, 0))
+    bench.start()
+    with put_back(bench, sdo, (PRODUCER, 0)):
+        before = sdo.number(PRODUCER)
+        began = bench.now()
+        order(bench, sdo, STORE, ALL, SAVE)
+        bench.characteristic("C-ST-08", f"stored with a heartbeat of {before} ms")
+        outcome = sdo.try_read(0x1000)
+        text = "SDO is served after storing"
+        bench.check(not isinstance(outcome, Abort), text, since=began)
