@@ -26,8 +26,9 @@ from hil_tests.reporting.files import replace_file
 from hil_tests.reporting.html import narrative, view
 from hil_tests.reporting.html.artefacts import Artefact, artefacts_of
 from hil_tests.reporting.html.coverage import Covered, cover, proofs_of, show_margin
+from hil_tests.reporting.html.embed import embed
 from hil_tests.reporting.html.facts import fact, table_of, words
-from hil_tests.reporting.html.view import TestView, test_views, verdict_of
+from hil_tests.reporting.html.view import Teller, TestView, test_views, verdict_of
 from hil_tests.reporting.results_reader import RESULTS, Results, load_results
 from hil_tests.reporting.rows import OUTCOMES
 
@@ -72,7 +73,9 @@ def read_run(folder: Path, aimed: Mapping[str, Iterable[str]]) -> Subject:
     """
     results = load_results(folder / RESULTS)
     kind = fact(results.run, "device", "profile", "kind")
-    tests = test_views(folder, results, str(kind or "keypad"))
+    tell = Teller(str(kind or "keypad"))
+    tests = test_views(folder, results, tell)
+    embed(tests, tell)
     matrix, notes = _matrix(folder)
     covered = cover(results, proofs_of(aimed, matrix))
     files = artefacts_of(folder, without={REPORT, CERTIFICATE})
@@ -114,7 +117,8 @@ def write_report(folder: Path, aimed: Mapping[str, Iterable[str]]) -> Path:
 
 def render(subject: Subject) -> str:
     """The report as one HTML text."""
-    style, script = _source("report.css"), _source("report.js")
+    style = _source("report.css")
+    script = _source("report.js") + _source("timeline.js")
     return str(
         _environment()
         .get_template("report.html.j2")

@@ -11,7 +11,7 @@ from hil_tests.clock import show_span
 from hil_tests.reporting import journal
 from hil_tests.reporting.html.checks import Check
 from hil_tests.reporting.html.recording import Note, Recording
-from hil_tests.trace import BusEvent, Moment
+from hil_tests.trace import Moment
 from node_model.frame import Frame
 
 Decode = Callable[[Frame], str]
@@ -75,7 +75,7 @@ def frame_line(recording: Recording, index: int, decode: Decode) -> Line:
     return Line(SENT if own else SEEN, at, str(frame), decode(frame), can_id=frame.can_id)
 
 
-def note_line(note: Moment | BusEvent) -> Line:
+def note_line(note: Note) -> Line:
     """A stimulus or a bus event as a line."""
     if isinstance(note, Moment):
         return Line(STIMULUS, note.began_at, note.what, told(note), until=note.ended_at)
@@ -96,7 +96,7 @@ def steps(
     Of many, those round the checks that deserve a look are kept, then the first ones.
     """
     lines = [frame_line(recording, index, decode) for index in _first_own(recording, 4 * most)]
-    lines += _noted(recording)
+    lines += [note_line(note) for _, note in recording.notes]
     lines += [check_line(check) for check in checks]
     lines.sort(key=lambda line: (line.at is None, line.at or 0, line.what == CHECK))
     if len(lines) <= most:
@@ -110,10 +110,6 @@ def _first_own(recording: Recording, most: int) -> list[int]:
     own = recording.kinds.own
     found = (index for index, kind in enumerate(recording.kind) if kind in own)
     return list(islice(found, most))
-
-
-def _noted(recording: Recording) -> list[Line]:
-    return [note_line(note) for _, note in recording.notes if isinstance(note, Moment | BusEvent)]
 
 
 def _telling(lines: Sequence[Line], most: int) -> list[int]:
@@ -142,7 +138,7 @@ def window(recording: Recording, at: int | None, decode: Decode) -> list[Line]:
     since = lines[0].at if lines and index > BEFORE else None
     until = lines[-1].at if lines and index + AFTER < count else None
     for _, note in recording.notes:
-        if isinstance(note, Moment | BusEvent) and _within(note, since, until):
+        if _within(note, since, until):
             lines.append(note_line(note))
     lines.sort(key=lambda line: line.at or 0)
     place = len(lines) if at is None else sum((line.at or 0) <= at for line in lines)

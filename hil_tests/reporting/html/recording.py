@@ -9,12 +9,10 @@ from __future__ import annotations
 
 import struct
 from array import array
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from hil_tests.clock import Interval
 from hil_tests.reporting import journal
 from hil_tests.reporting import pcapng_layout as layout
 from hil_tests.reporting.files import RecordUnreadable
@@ -26,6 +24,8 @@ _BLOCK = struct.Struct(">IIIqI")
 """Of an enhanced packet: type, length, interface, stamp, captured length."""
 _PACKET_AT = 28
 _SECTION = layout.section()
+_PREFIX = journal.pack(Mark(0, "")).partition(b"{")[0]
+_MARK = b'{"kind":"mark"'
 _DIRECTION_AT = 8
 """Where the direction stands from the end of a block: before end of options and length."""
 
@@ -67,7 +67,7 @@ class Kinds:
         return found
 
 
-Note = Moment | BusEvent | Mark
+Note = Moment | BusEvent
 
 
 @dataclass(slots=True)
@@ -79,7 +79,8 @@ class Recording:
         kinds: what its numbers mean; shared with other recordings.
         at: instant of each frame, ns.
         kind: number of the kind of each frame.
-        notes: number of frames that stand before it, and what else was noted.
+        notes: number of frames that stand before it, and what else was noted; what the judge
+            said stands in `results.json`.
         damage: why the rest could not be read, "" = all was.
     """
 
@@ -97,24 +98,6 @@ class Recording:
         """The frame with that index."""
         frame, doubt_ns, own = self.kinds.all[self.kind[index]]
         return Sighting(frame, self.at[index], doubt_ns, own)
-
-    def when(self, index: int) -> Interval:
-        """When the frame with that index ended."""
-        at = self.at[index]
-        return Interval(at - self.kinds.all[self.kind[index]].doubt_ns, at)
-
-    def places(self) -> Iterator[tuple[int, Note | None]]:
-        """Index of each frame with None, and each note with the index that it stands before."""
-        index = 0
-        for place, note in self.notes:
-            yield from ((each, None) for each in range(index, place))
-            index = max(index, place)
-            yield place, note
-        yield from ((each, None) for each in range(index, len(self.at)))
-
-    def marks(self) -> list[Mark]:
-        """What the judge noted."""
-        return [note for _, note in self.notes if isinstance(note, Mark)]
 
     def moments(self) -> list[Moment]:
         """What was done to the device."""
@@ -146,7 +129,7 @@ def _read_slowly(recording: Recording) -> None:
                 recording.at.append(entry.at)
                 kind = Kind(entry.frame, entry.doubt_ns, entry.own)
                 recording.kind.append(kinds.number(kind))
-            else:
+            elif not isinstance(entry, Mark):
                 recording.notes.append((len(recording.at), entry))
     except RecordUnreadable as error:
         recording.damage = str(error).replace(str(recording.path), recording.path.name)
@@ -174,7 +157,10 @@ def _walk(data: bytes, recording: Recording) -> None:
             table = tables[interface]
             if table is None:
                 packet = data[place + _PACKET_AT : place + _PACKET_AT + captured]
-                recording.notes.append((len(recording.at), journal.unpack(packet)))
+                if not packet.startswith(_MARK, len(_PREFIX)):
+                    note = journal.unpack(packet)
+                    assert not isinstance(note, Mark)
+                    recording.notes.append((len(recording.at), note))
             else:
                 key = data[place + _PACKET_AT - 8 : place + size]
                 number = table.get(key)

@@ -107,9 +107,9 @@ class Teller:
         return found
 
 
-def test_views(folder: Path, results: Results, kind: str) -> list[TestView]:
+def test_views(folder: Path, results: Results, tell: Teller) -> list[TestView]:
     """Every test of a run, and at the end the recordings of tests that never ended."""
-    kinds, tell = Kinds(), Teller(kind)
+    kinds = Kinds()
     return [
         _test_view(number, result, folder, kinds, tell)
         for number, result in enumerate(_with_orphans(folder, results), 1)
