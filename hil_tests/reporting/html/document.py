@@ -11,8 +11,9 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import re
 import shlex
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -23,7 +24,7 @@ import jinja2
 
 from hil_tests.clock import Interval, show_interval, show_span
 from hil_tests.reporting.files import replace_file
-from hil_tests.reporting.html import narrative, view
+from hil_tests.reporting.html import narrative, plots, timing, view
 from hil_tests.reporting.html.artefacts import Artefact, artefacts_of
 from hil_tests.reporting.html.coverage import Covered, cover, proofs_of, show_margin
 from hil_tests.reporting.html.embed import embed
@@ -36,6 +37,11 @@ REPORT = "report.html"
 CERTIFICATE = "certificate.pdf"
 _MATRIX = "matrix.json"
 _TEMPLATES = "templates"
+_DEVICES = {
+    "virtual": "bundled model in virtual time",
+    "model": "bundled model in a process of its own",
+    "external": "external device",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,10 +154,22 @@ def values(subject: Subject) -> dict[str, Any]:
             (name, sum(test.result.outcome == name for test in tests)) for name in OUTCOMES
         ],
         "repeat": _repeat(results.run),
-        "frames": sum(test.result.frames for test in tests),
-        "bus_ns": sum(test.result.bus_ns for test in tests),
-        "events": sum(len(test.recording.events()) for test in tests if test.recording),
+        "sums": _sums(tests),
+        "broken": [each for each in subject.covered if each.outcome == "failed"],
+        "periods": timing.periods(tests),
+        "answers": timing.answers(tests),
+        "mutants": sorted(
+            table_of(subject.matrix, "mutants").items(),
+            key=lambda mutant: (bool(fact(mutant[1], "killed_by")), mutant[0]),
+        ),
     }
+
+
+def _sums(tests: Sequence[TestView]) -> dict[str, int]:
+    """What the tests saw, taken together."""
+    names = ("frames", "bus_ns", "lost", "losses", "error_frames")
+    sums = {name: sum(getattr(test.result, name) for test in tests) for name in names}
+    return sums | {"checks": sum(len(test.checks) for test in tests)}
 
 
 def _repeat(run: Mapping[str, Any]) -> str:
@@ -193,14 +211,25 @@ def _environment() -> jinja2.Environment:
         "measured": lambda pair: show_interval(Interval(*pair)) if pair else "",
         "limits": _limits,
         "within": narrative.within_text,
+        "moment": _moment,
+        "device": lambda kind: _DEVICES.get(kind, kind) if isinstance(kind, str) else kind,
     }
     environment.globals |= {
         "fact": fact,
         "words": words,
         "table_of": table_of,
         "show_at": narrative.show_at,
+        "histogram": plots.histogram,
+        "run_chart": plots.run_chart,
+        "distribution": plots.distribution,
     }
     return environment
+
+
+def _moment(text: Any) -> str:
+    """A point in time as `results.json` has it, to the second."""
+    found = re.fullmatch(r"(\d{4}-\d\d-\d\d)T(\d\d:\d\d:\d\d)(?:\.\d+)?\+00:00", str(text))
+    return f"{found[1]} {found[2]} UTC" if found else str(text or "")
 
 
 def _limits(pair: tuple[int | None, int | None] | None) -> str:

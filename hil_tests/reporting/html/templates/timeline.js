@@ -94,7 +94,7 @@
       };
       const tools = element('div', { class: 'tools' },
         button('−', 'Zoom out', () => this.zoom(2)), button('+', 'Zoom in', () => this.zoom(0.5)),
-        button('All', 'Show the whole test', () => this.all()),
+        button('All', 'All of the test', () => this.all()),
         button('◂ Frame', 'Previous frame', () => this.step(-1)), button('Frame ▸', 'Next frame', () => this.step(1)),
         button('Next check ▸', 'Next check', () => this.nextCheck(1)),
         this.scale = element('span', { class: 'dim scale' }));
@@ -181,7 +181,7 @@
       this.check = number;
       this.frame = 'effect' in check ? this.search(check.effect) : -1;
       this.tell();
-      const from = check.cause ?? check.at, to = Math.max(check.effect ?? check.at, check.at);
+      const from = check.cause ?? check.at - 2e8, to = Math.max(check.effect ?? check.at, check.at);
       this.view(from - (to - from) * 0.35 - 2e7, to + (to - from) * 0.35 + 2e7);
     }
     nextCheck(by) {
