@@ -9,9 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil_tests.reporting.html.recording import Kinds, read_recording
-from hil_tests.reporting.journal import Mark
 from hil_tests.reporting.pcapng import PcapngSink, read_pcapng
-from hil_tests.trace import BusEvent, Entry, EventKind, Moment, Sighting
+from hil_tests.trace import BusEvent, Entry, EventKind, Mark, Moment, Sighting
 from node_model.frame import Frame
 from tests.reporting.html.making import write_trace
 
@@ -62,7 +61,7 @@ def test_marks_of_the_judge_are_left_out(tmp_path: Path) -> None:
     """What the judge said stands in the results; the columns hold what happened."""
     path = tmp_path / "t.pcapng"
     with PcapngSink(path, interface="vcan0", clock="test", flush=False) as sink:
-        sink.mark(5, "NMT-02", {})
+        sink.write(Mark(5, "NMT-02", {}))
     assert entries_of(path) == ([], "")
     assert [type(entry) for entry in read_pcapng(path)] == [Mark]
 
