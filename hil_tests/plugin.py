@@ -284,9 +284,9 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
     ledger = stash.ledger_of(config)
     if ledger is None:
         return
-    from hil_tests.run import terminal  # noqa: PLC0415
+    from hil_tests.run import closing  # noqa: PLC0415
 
-    sections = list(terminal.sections(ledger))
+    sections = list(closing.sections(ledger))
     if stash.settings_of(config)["can_replay"]:
         from hil_tests.run import replaying  # noqa: PLC0415 - only where one is replayed
 

@@ -113,18 +113,26 @@ class Standing:
     tests: list[int] = field(default_factory=list)
     """Numbers of the results that say something of it."""
     margin: Mapping[str, Any] | None = None
-    """The worst one, with the number of its result and what was measured."""
+    """The worst one in units of its doubt, with the number of its result and what was measured."""
+    narrowest: Mapping[str, Any] | None = None
+    """The worst one as a share of what the limits allow."""
     characteristics: dict[str, None] = field(default_factory=dict)
     """What the device does where the source leaves it open; each text once, in order."""
+
+    @property
+    def outcome(self) -> str:
+        """The worst one."""
+        return worst(self.pairs)
 
     def to_json(self) -> dict[str, object]:
         """As plain data."""
         return {
-            "outcome": worst(self.pairs),
+            "outcome": self.outcome,
             "pairs": dict(self.pairs),
             "checks": dict(self.checks),
             "tests": self.tests,
             "margin": self.margin,
+            "narrowest": self.narrowest,
             "characteristics": list(self.characteristics),
         }
 
@@ -165,6 +173,12 @@ def _count(standing: Standing, number: int, row: Mapping[str, Any]) -> None:
     if row["outcome"] == "characteristic":
         standing.characteristics[row.get("what") or row.get("text", "")] = None
     margin = row.get("margin")
-    best = standing.margin
-    if margin and (best is None or margin["doubts"] < best["doubts"]):
-        standing.margin = {**margin, "test": number, "what": row.get("what", "")}
+    if not margin:
+        return
+    told = {**margin, "test": number, "what": row.get("what", "")}
+    if standing.margin is None or margin["doubts"] < standing.margin["doubts"]:
+        standing.margin = told
+    if margin["share"] is None:
+        return
+    if standing.narrowest is None or margin["share"] < standing.narrowest["share"]:
+        standing.narrowest = told

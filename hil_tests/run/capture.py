@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import nullcontext
 from typing import Any
 
 import pytest
@@ -22,3 +24,18 @@ class PytestCapture:
         """Capture again."""
         if self._manager is not None:
             self._manager.resume_global_capture()
+
+
+def say_past_capture(config: pytest.Config) -> Callable[[str], None] | None:
+    """Writes a line to the terminal in the middle of a test; None = there is no terminal."""
+    reporter: Any = config.pluginmanager.getplugin("terminalreporter")
+    manager: Any = config.pluginmanager.getplugin("capturemanager")
+    if reporter is None:
+        return None
+
+    def say(line: str) -> None:
+        with manager.global_and_fixture_disabled() if manager else nullcontext():
+            reporter.write_line(line)
+            reporter.flush()
+
+    return say

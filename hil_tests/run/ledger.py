@@ -14,6 +14,7 @@ from typing import Any
 
 from hil_tests.errors import BenchError
 from hil_tests.reporting.results import COMPLETE, INTERRUPTED, ResultsFile
+from hil_tests.reporting.results_reader import RESULTS
 from hil_tests.reporting.rundir import RunDirectory
 from hil_tests.reporting.tally import Standing
 from hil_tests.run import outcome
@@ -85,6 +86,10 @@ class Ledger:
         """Of each test, by node id."""
         self.told: list[Told] = []
         """Tests of which pytest's own words do not say all."""
+        self.failures: list[Mapping[str, Any]] = []
+        """Rows of the tests that failed."""
+        self.catalogue: Mapping[str, Mapping[str, Any]] = {}
+        """The requirements, as results.json has them at its head."""
         self.broken = ""
         """Why the bench is broken; "" = it is not."""
         self.problems: list[str] = []
@@ -103,7 +108,8 @@ class Ledger:
 
     def open(self, head: Mapping[str, Any]) -> None:
         """Begin the results with facts of the run."""
-        path = self.folder.path / "results.json"
+        self.catalogue = head["requirements"]
+        path = self.folder.path / RESULTS
         try:
             self._results = ResultsFile(path, head)
         except BenchError as error:
@@ -130,6 +136,8 @@ class Ledger:
         self.checks += len(row["verdicts"])
         if row["outcome"] not in _PLAIN:
             self.told.append(Told(row["test"], row["outcome"], why, row["trace"] or ""))
+        if row["outcome"] == outcome.FAILED:
+            self.failures.append(row)
         if self._results is not None:
             self._try(partial(self._results.add, row))
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from hil_tests.bench.bench import Bench
     from hil_tests.judge.verdict import Verdict
     from hil_tests.run.plan import Plan
+    from hil_tests.run.progress import Progress
 
 
 BROKEN = "the bench is broken"
@@ -65,6 +66,8 @@ class Run:
         self.folder = ledger.folder
         self.verdicts: list[Verdict] = []
         self.broken: BenchError | None = None
+        self.progress: Progress | None = None
+        """Tells of tests that take long; None = nobody waits."""
         self._bench: Bench | None = None
         self._sink: PcapngSink | None = None
         self._test = ""
@@ -122,6 +125,8 @@ class Run:
         self._ended_at = bench.now()
         if self._sink:
             self._sink.write(self._opening(bench))
+        if self.progress is not None:
+            self.progress.begin(bench, test)
 
     def _new_sink(self, part: str) -> PcapngSink:
         port = self.bench.stage.port

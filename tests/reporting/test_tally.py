@@ -59,6 +59,7 @@ def test_a_standing_gathers_all_tests_and_the_worst_margin() -> None:
         "checks": {"passed": 3},
         "tests": [1, 2, 3, 4],
         "margin": {"ns": 1, "doubts": 0.5, "share": 0.2, "test": 2, "what": "interval 2"},
+        "narrowest": {"ns": 1, "doubts": 0.5, "share": 0.2, "test": 2, "what": "interval 2"},
         "characteristics": [],
     }
 
