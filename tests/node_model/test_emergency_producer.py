@@ -231,6 +231,8 @@ def test_the_identifier_changes_only_while_emergencies_are_off() -> None:
     device = Device()
     assert refused(device.od, 0x1014, 0, 0x86) is AbortCode.VALUE
     write(device.od, 0x1014, 0, 0x85)
+    write(device.od, 0x1014, 0, 1 << 31)
+    assert refused(device.od, 0x1014, 0, 0) is AbortCode.VALUE
     write(device.od, 0x1014, 0, 1 << 31 | 0x86)
     write(device.od, 0x1014, 0, 0x86)
     assert told(device.producer.occur("axis", OVERCURRENT, 1)) == ["086#1023030102030405"]

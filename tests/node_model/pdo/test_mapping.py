@@ -214,6 +214,7 @@ def test_the_identifier_changes_only_while_the_pdo_is_off(index: int) -> None:
     assert refused(axis.od, index, 1, 0x601) is AbortCode.VALUE
     assert refused(axis.od, index, 1, 1 << 29 | axis.od.number(index, 1)) is AbortCode.VALUE
     write(axis.od, index, 1, OFF)
+    assert refused(axis.od, index, 1, 0) is AbortCode.VALUE
     write(axis.od, index, 1, 0x199)
 
 
