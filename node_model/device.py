@@ -277,6 +277,10 @@ class Cia301Device:
         self._routes = routes
         self.listens_to = frozenset(routes) | {NMT_COB_ID} if self.bit_rate else frozenset()
 
+    def withdraws(self, frame: Frame, asked_at: int, now: int) -> bool:
+        """Synchronous PDOs are not sent after their window."""
+        return self.services.pdo.withdraws(frame, asked_at, now)
+
     def before(self, now: int) -> None:
         """The application brings its objects up to date: somebody may look at them."""
 

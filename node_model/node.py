@@ -15,7 +15,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from node_model.frame import Frame
 
@@ -60,6 +60,14 @@ def earliest(*instants: int | None) -> int | None:
         if instant is not None and (soonest is None or instant < soonest):
             soonest = instant
     return soonest
+
+
+@runtime_checkable
+class Withdrawing(Node, Protocol):
+    """A node whose controller takes back frames that the bus keeps waiting."""
+
+    def withdraws(self, frame: Frame, asked_at: int, now: int) -> bool:
+        """Whether a frame that it asked for at `asked_at` is not to start at `now` any more."""
 
 
 class Panel(Node, Protocol):

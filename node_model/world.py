@@ -8,7 +8,8 @@ stimuli, stimuli before the end of a frame, the end of a frame before the next s
 
 What the wire does not do: bit errors by itself, CAN FD. A controller at another bit
 rate than the wire is deaf and mute and loses what it wanted to send (bus-off); a
-controller that is alone keeps its frames until there is somebody to acknowledge them.
+controller that is alone keeps its frames until there is somebody to acknowledge them. A node
+may take back what still waits.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from enum import Enum
 from heapq import heapify, heappop, heappush, heapreplace
 
 from node_model.frame import INTERMISSION_BITS, Frame
-from node_model.node import Frames, Node
+from node_model.node import Frames, Node, Withdrawing
 
 FOREVER = 1 << 62
 DEFAULT_DEPTH = 256
@@ -57,6 +58,7 @@ class Controller:
         "usual",
         "usual_ns",
         "waiting",
+        "withdraws",
     )
 
     def __init__(self, node: Node | None, mailbox: Mailbox, depth: int) -> None:
@@ -71,6 +73,7 @@ class Controller:
         self.usual: Frame | None = None
         """A frame to which no node listens, as all stations are now, and how long it takes."""
         self.usual_ns = 0
+        self.withdraws = node.withdraws if isinstance(node, Withdrawing) else None
 
 
 Delivery = tuple[Frame, int, Controller, int]
@@ -203,6 +206,8 @@ class World:
                     if wire_at > until:
                         break
                     flying = self._start(wire_at)
+                    if flying is None:
+                        continue
             if flying is not None and self._ends_at < at:
                 if self._ends_at > until:
                     break
@@ -338,8 +343,12 @@ class World:
             self._flying = None
             self._idle_from = self.now + self._pause_ns
 
-    def _start(self, at: int) -> Waiting:
-        """The wire is idle and somebody wants it: the lowest identifier wins."""
+    def _start(self, at: int) -> Waiting | None:
+        """The wire is idle and somebody wants it: the lowest identifier wins.
+
+        Returns:
+            Its frame, or None where the sender takes it back.
+        """
         best = heappop(self._contest)
         sender = best[4]
         waiting = sender.waiting
@@ -349,6 +358,8 @@ class World:
             waiting.remove(best)
         if waiting and not sender.by_identifier:
             heappush(self._contest, waiting[0])
+        if sender.withdraws is not None and sender.withdraws(best[2], best[3], at):
+            return None
         self.now = at
         self._flying = best
         self._ends_at = at + (best[2].known_bits or best[2].bits) * self.bit_ns

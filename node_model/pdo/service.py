@@ -2,7 +2,8 @@
 
 Laws: nothing is sent or taken outside operational. At a SYNC first the received synchronous
 data go to the object dictionary, then the synchronous TPDOs are sampled, all at that
-instant. They are sent one after the other; those that the window closes before are dropped.
+instant. They are sent one after the other; those that the window closes before are dropped,
+and taken back where they still wait for the bus.
 
 Wiring: after the error handler and SYNC. The application is told by `applied` of each object
 that an RPDO has written, and tells by `written` of each mapped object that it has written by
@@ -73,6 +74,7 @@ class PdoService(QuietService):
         self._pdos: tuple[Rpdo | Tpdo, ...] = (*self.rpdos, *self.tpdos)
         self._living_rpdos: tuple[Rpdo, ...] = ()
         self._living_tpdos: tuple[Tpdo, ...] = ()
+        self._synchronous_ids: set[int] = set()
         for pdo in self._pdos:
             od.observe(pdo.parameters.index, self._set_up)
         for index in sorted({entry.index for entry in od.entries.values() if entry.pdo}):
@@ -166,6 +168,8 @@ class PdoService(QuietService):
         """Keep to those that do something: most PDOs of a device are off."""
         self._living_rpdos = tuple(rpdo for rpdo in self.rpdos if rpdo.lives)
         self._living_tpdos = tuple(tpdo for tpdo in self.tpdos if tpdo.active)
+        synchronous = [tpdo for tpdo in self._living_tpdos if tpdo.is_synchronous()]
+        self._synchronous_ids = {tpdo.parameters.can_id() for tpdo in synchronous}
 
     def _set_up(self, sub: int, now: int) -> None:  # noqa: ARG002  any parameter
         """A client has written a parameter of a PDO."""
@@ -195,6 +199,15 @@ class PdoService(QuietService):
     def is_in_time(self, due: int) -> bool:
         """A synchronous TPDO that is sent at `due` still meets the window."""
         return self._sync.is_open(due)
+
+    def withdraws(self, frame: Frame, asked_at: int, now: int) -> bool:
+        """A synchronous TPDO that the bus keeps waiting until the window has closed is dropped."""
+        if frame.can_id not in self._synchronous_ids or not self._sync.window_ns():
+            return False
+        synced_at = self._sync.synced_at
+        if synced_at is not None and asked_at < synced_at:
+            return True
+        return self._sync.is_open(asked_at) and not self._sync.is_open(now)
 
     # What it does.
 

@@ -90,7 +90,7 @@ class Tpdo:
             return None
         self._sampled = self._seen = self._mapping.pack()
         self._changed = False
-        return self._sampled if self._type <= LAST_SYNCHRONOUS else None
+        return self._sampled if self.is_synchronous() else None
 
     def on_remote(self, now: int) -> Frames:
         """Somebody asks for it."""
@@ -118,6 +118,10 @@ class Tpdo:
 
     # What decides.
 
+    def is_synchronous(self) -> bool:
+        """A SYNC sends it."""
+        return self._type <= LAST_SYNCHRONOUS
+
     def sends_first(self) -> bool:
         """An event-driven PDO is sent when operational begins."""
         return self._type in EVENTS
@@ -130,7 +134,7 @@ class Tpdo:
         """Whether this SYNC concerns it: each with 0 after a change, each with 252."""
         if self._type == 0:
             return self._changed
-        if self._type <= LAST_SYNCHRONOUS:
+        if self.is_synchronous():
             return self.counts(counter)
         return self._type < RTR
 

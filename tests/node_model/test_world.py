@@ -73,6 +73,14 @@ def all_frames(world: World, until: int) -> list[tuple[int, Frame]]:
     return seen
 
 
+class Hasty(Ear):
+    """A node that takes back what has waited for longer than half a millisecond."""
+
+    def withdraws(self, frame: Frame, asked_at: int, now: int) -> bool:
+        """All but EMCY."""
+        return frame != EMCY and now > asked_at + MS // 2
+
+
 # The wire's time.
 
 
@@ -207,6 +215,25 @@ def test_a_mailbox_by_identifier_sends_all_that_waits_in_order() -> None:
     frames = [Frame(ident) for ident in (0x300, 0x100, 0x200)]
     world.act(other, lambda _: frames)
     assert [frame.can_id for _, frame in all_frames(world, S)] == [0x100, 0x200, 0x300]
+
+
+def test_a_node_may_take_back_what_the_bus_keeps_waiting() -> None:
+    """A frame before them takes longer than they wait; what follows in the mailbox goes out."""
+    world, tester = wire()
+    node = world.attach(Hasty())
+    world.send(tester, LONG)
+    world.at(1, lambda _: world.send(node, BOOT_UP))
+    world.at(1, lambda _: world.send(node, EMCY))
+    assert all_frames(world, 5 * MS) == [(109 * BIT, LONG), (112 * BIT + 121 * BIT, EMCY)]
+    assert node.lost == 0
+
+
+def test_what_need_not_wait_is_not_taken_back() -> None:
+    """Nor what may wait for ever."""
+    world, _ = wire()
+    node = world.attach(Hasty())
+    world.send(node, BOOT_UP)
+    assert all_frames(world, 5 * MS) == [(56 * BIT, BOOT_UP)]
 
 
 def test_a_full_mailbox_loses_what_comes_next() -> None:

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from node_model.frame import Frame
 from node_model.nmt import NmtState
 from node_model.node import MS, US
 from tests.node_model.pdo.axis import CONTROL, Axis
@@ -148,3 +149,37 @@ def test_any_phase_of_syncs_and_rpdos_keeps_the_window(
             if due < end and (not window or due <= at + window):
                 answers.append((due, text))
     assert sent == answers
+
+
+# On a busy bus
+
+
+def test_a_synchronous_pdo_that_the_bus_holds_back_is_taken_back() -> None:
+    """When the window has closed, or the next SYNC has come; event-driven ones never are."""
+    axis = Axis(tpdo=1, second=255)
+    write(axis.od, 0x1007, 0, 100)
+    own, other = Frame(0x185, bytes(6)), Frame(0x285, bytes(4))
+    axis.tick(0)
+    assert not axis.pdos.withdraws(own, 0, 100 * US)
+    assert axis.pdos.withdraws(own, 0, 100 * US + 1)
+    assert not axis.pdos.withdraws(other, 0, 100 * US + 1)
+    axis.tick(MS)
+    assert axis.pdos.withdraws(own, 0, MS)
+    assert not axis.pdos.withdraws(own, MS, MS)
+
+
+def test_what_was_not_asked_for_in_the_window_is_not_taken_back() -> None:
+    """A remote frame may be answered at any time."""
+    axis = Axis(tpdo=1)
+    write(axis.od, 0x1007, 0, 100)
+    own = Frame(0x185, bytes(6))
+    assert not axis.pdos.withdraws(own, 0, 500 * US)
+    axis.tick(0)
+    assert not axis.pdos.withdraws(own, 200 * US, 500 * US)
+
+
+def test_without_a_window_nothing_is_taken_back() -> None:
+    """However long it waits."""
+    axis = Axis(tpdo=1)
+    axis.tick(0)
+    assert not axis.pdos.withdraws(Frame(0x185, bytes(6)), 0, 1000 * MS)
