@@ -11,6 +11,7 @@ from node_model.devices import make_device
 from node_model.drive import loads
 from node_model.frame import Frame
 from node_model.node import MS, US
+from node_model.world import World
 from tests.node_model.rig import Refused, Rig
 
 PROFILE = (resources.files("node_model.profiles") / "drive.toml").read_text("utf-8")
@@ -241,6 +242,27 @@ def test_a_set_point_after_the_window_is_ignored(
     rig(105)
     rig.sync()
     assert rig.read(0x607A) == taken
+
+
+def test_a_busy_bus_keeps_an_actual_value_from_being_sent_after_the_window() -> None:
+    """In virtual time: what goes first takes longer than the window; the next SYNC is answered."""
+    world = World(250_000)
+    tester = world.attach()
+    drive = world.attach(make_device("drive", settings={"heartbeat_ms": 0}))
+    assert drive.node is not None
+    world.act(drive, drive.node.power_on)
+    window = bytes((0x23, 0x07, 0x10, 0, 0xE8, 3, 0, 0))
+    for frame in (Frame(0x605, window), Frame(0, b"\1\5"), Frame(0x80)):
+        world.run(world.now + 100 * MS)
+        world.send(tester, frame)
+    for _ in range(5):
+        world.send(tester, Frame(0x101, bytes(8)))
+    heard = []
+    for _ in range(2):
+        while (found := world.next_frame(world.now + 10 * MS)) is not None:
+            heard.append(found[0].can_id)
+        world.send(tester, Frame(0x80))
+    assert heard == [0x80, *[0x101] * 5, 0x80, 0x185]
 
 
 def test_sync_outside_operational_leads_to_nothing() -> None:

@@ -113,6 +113,24 @@ def test_a_new_type_acts_at_once() -> None:
     assert values(axis) == (15, -2)
 
 
+def test_an_rpdo_that_maps_nothing_is_not_watched() -> None:
+    """It can be switched on, and what comes has no effect."""
+    axis = Axis()
+    write(axis.od, 0x1401, 5, 20, 0)
+    write(axis.od, 0x1401, 1, 0x305, 0)
+    passing(axis.pdos, 0)
+    assert feed(axis.pdos, 5, Frame(0x305, b"\1\2")) == []
+    assert axis.pdos.deadline() is None
+
+
+def test_before_operational_a_parameter_that_is_written_waits() -> None:
+    """Nothing is due because of it."""
+    axis = Axis(state=NmtState.PRE_OPERATIONAL)
+    write(axis.od, 0x1400, 2, 1, 5)
+    write(axis.od, 0x1800, 2, 255, 5)
+    assert axis.pdos.deadline() is None
+
+
 # Deadline
 
 
@@ -166,6 +184,7 @@ def test_outside_operational_no_rpdo_is_missed() -> None:
     axis.bring("0F00 FEFFFFFF", 0)
     axis.enter(NmtState.PRE_OPERATIONAL, 10 * MS)
     write(axis.od, 0x1400, 5, 30, 11 * MS)
+    assert axis.pdos.deadline() is None
     axis.enter(NmtState.OPERATIONAL, 500 * MS)
     passing(axis.pdos, 1000 * MS)
     assert axis.reports.seen == []

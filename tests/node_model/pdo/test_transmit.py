@@ -253,14 +253,19 @@ def test_type_0_is_sent_with_the_next_sync_after_a_change() -> None:
     assert axis.tick(5) == []
 
 
-def test_the_first_pdo_has_the_start_value_of_the_counter() -> None:
-    """Then every n-th SYNC; lower counters pass."""
-    axis = Axis(tpdo=1, second=0, overflow=10)
-    set_while_off(axis, 6, 4)
+@pytest.mark.parametrize(
+    ("start", "counters", "places"),
+    [(4, [1, 2, 3, 4, 5, 6, 7, 8, 1], [3, 5, 7]), (1, [6, 7, 8, 1, 2, 3, 4], [3, 5])],
+)
+def test_the_first_pdo_has_the_start_value_of_the_counter(
+    start: int, counters: list[int], places: list[int]
+) -> None:
+    """Then every n-th SYNC; others pass until the counter has come to it."""
+    axis = Axis(tpdo=1, second=0, overflow=8)
+    set_while_off(axis, 6, start)
     write(axis.od, 0x1800, 2, 2)
     write(axis.od, 0x1800, 1, 0x185)
-    sent = [n for n in (1, 2, 3, 4, 5, 6, 7, 8) if axis.tick(n, counter=n)]
-    assert sent == [4, 6, 8]
+    assert [n for n, counter in enumerate(counters) if axis.tick(n, counter)] == places
 
 
 def test_a_start_value_without_counter_has_no_effect() -> None:
