@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from itertools import takewhile
 
 from node_model.cob_id import BIT_31, CAN_ID, check_cob_id, check_same_can_id
 from node_model.frame import Frame, data_frame
@@ -77,7 +78,8 @@ class EmergencyProducer(QuietService):
         self._queue: deque[bytes] = deque()
         self._since = 0
         self._sent_at: int | None = None
-        self._depth = sum(od.has(ERROR_FIELD, sub) for sub in range(1, 255))
+        row = takewhile(lambda sub: od.has(ERROR_FIELD, sub), range(255))
+        self._depth = max(len(list(row)) - 1, 0)
         od.guard(ERROR_FIELD, self._guard_field)
         od.guard_reading(ERROR_FIELD, self._guard_field_reading)
         od.guard(COB_ID, self._guard_cob_id)

@@ -25,7 +25,7 @@ class Described:
         kind: its type.
         access: what SDO may do.
         pdo: it can be mapped.
-        default: value of a numeric type; None = 0.
+        default: value of a numeric type; None = 0, or the limit next to it.
         data: value of another type.
         low: least allowed number.
         high: greatest allowed number.
@@ -48,22 +48,24 @@ class Described:
     def entry(self, node_id: int) -> Entry:
         """A new entry of a device with this node id."""
         kind = self.kind
-        if kind.is_number:
-            value = kind.pack(self.default.of(node_id) if self.default else 0)
+        low = None if self.low is None else self.low.of(node_id)
+        high = None if self.high is None else self.high.of(node_id)
+        if self.default:
+            value = kind.pack(self.default.of(node_id))
+        elif kind.is_number:
+            value = kind.pack(nearest_to_zero(low, high))
         else:
             value = self.data or bytes(kind.size)
         return Entry(
-            self.index,
-            self.sub,
-            self.name,
-            kind,
-            self.access,
-            value,
-            value,
-            None if self.low is None else self.low.of(node_id),
-            None if self.high is None else self.high.of(node_id),
-            self.pdo,
+            self.index, self.sub, self.name, kind, self.access, value, value, low, high, self.pdo
         )
+
+
+def nearest_to_zero(low: float | None, high: float | None) -> float:
+    """What a number without a default is: 0, or the limit that is in between."""
+    if low is not None and low > 0:
+        return low
+    return high if high is not None and high < 0 else 0
 
 
 RAW = ("DefaultValue", "LowLimit", "HighLimit")

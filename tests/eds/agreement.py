@@ -33,6 +33,9 @@ def said_to_tester(sheet: Sheet) -> Facts:
         low, high = _limit(each.low), _limit(each.high)
         if low is not None and high is not None and low > high:
             low = high = None
+        if value is None and each.kind.is_number:
+            nearest = sorted((0.0 if low is None else low, 0, 0.0 if high is None else high))[1]
+            data = Value("", 0, each.kind, number=nearest).bytes_at(NODE_ID)
         code = each.data_type if each.kind.name != "DOMAIN" else 0x0F
         facts[each.index, each.sub] = (
             each.name, code, each.access, each.pdo, data, low, high
