@@ -196,7 +196,9 @@ def _report(words: Sequence[str]) -> int:
     text = "Make report.html of a run again, also of one that was killed."
     parser = Parser("nodeproof report", description=text)
     parser.add_argument("run", metavar="RUN", help="folder of the run, e.g. reports/latest")
-    print(papers.make_again(Path(parser.parse_args(words).run)))
+    parser.add_argument("--pdf", action="store_true", help="certificate.pdf as well (extra: pdf)")
+    options = parser.parse_args(words)
+    print(papers.make_again(Path(options.run), pdf=options.pdf))
     return 0
 
 

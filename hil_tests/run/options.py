@@ -148,7 +148,7 @@ OPTIONS = (
     ),
     Option(
         "can-report-pdf",
-        "certificate as PDF (not in this version: the run writes results.json and traces)",
+        "write certificate.pdf, too: verdict and requirements, for a signature (extra: pdf)",
         kind="switch",
     ),
     Option(
