@@ -27,7 +27,7 @@ def write(folder: Path, *, pdf: bool) -> str:
         return f"NO REPORT ({why}); once that is mended: nodeproof report {folder}"
 
 
-def make_again(folder: Path, *, pdf: bool) -> Path:
+def make_again(folder: Path, *, pdf: bool = False) -> Path:
     """Write `report.html` and `junit.xml` of a run, also of one that was killed.
 
     Args:

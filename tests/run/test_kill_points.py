@@ -71,7 +71,7 @@ def looked_at(run: Path, results: int) -> None:
     if found.under_way is not None:
         assert found.under_way["test"].endswith("]")
         list(read_pcapng(run / found.under_way["trace"]))
-    assert "nterrupted" in papers.make_again(run, pdf=False).read_text("utf-8")
+    assert "nterrupted" in papers.make_again(run).read_text("utf-8")
 
 
 @pytest.mark.parametrize("results", [0, 1, 2, 17, 60])
