@@ -13,6 +13,7 @@ from hil_tests.reporting.tally import GRAVITY
 NOTICEABLE = 0.05
 """Margins closer together than that share of the room are the same for a table."""
 
+_BAD = GRAVITY[: GRAVITY.index("passed")]
 _ROW = 22
 _WIDTH = 900
 
@@ -59,10 +60,13 @@ def _cell(stand: Stand | None) -> str:
 
 
 def worse(first: Summary, last: Summary) -> list[str]:
-    """The requirements that stand worse in the last run than in the first."""
+    """The requirements that stand worse in the last run than in the first.
+
+    One that is not judged is neither better nor worse than one that passed.
+    """
 
     def gravity(stand: Stand | None) -> int:
-        return GRAVITY.index(stand.outcome) if stand else GRAVITY.index("not run")
+        return _BAD.index(stand.outcome) if stand and stand.outcome in _BAD else len(_BAD)
 
     return [
         name
