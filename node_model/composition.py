@@ -18,7 +18,7 @@ from node_model.nonvolatile import NonVolatile
 from node_model.od import Entry, ObjectDictionary
 from node_model.pdo import PdoService, Rpdo, Tpdo
 from node_model.pdo.service import Applied
-from node_model.sdo import SdoServer
+from node_model.sdo import SdoServer, SdoSettings
 from node_model.service import Fault, Service
 from node_model.sync import SyncService
 from node_model.time_of_day import TimeOfDay
@@ -34,10 +34,11 @@ class Facts:
         bit_rate: bit/s, as it leaves the factory.
         entries: its objects for a node id, with the values of the factory; new ones each time.
         bit_rates: bit/s that it can have.
+        lss: it is an LSS slave.
         window_unit_ns: what one step of 1007h is.
         turnaround_ns: from a SYNC to the first synchronous TPDO, and from each to the next.
+        sdo: choices of its SDO server.
         faults: errors that a bench can raise, by name.
-        settings: power-on values that a bench asked for, by index: 1017h.
     """
 
     name: str
@@ -45,8 +46,10 @@ class Facts:
     bit_rate: int
     entries: Callable[[int], Iterable[Entry]]
     bit_rates: frozenset[int] = frozenset(BIT_RATES.values())
+    lss: bool = True
     window_unit_ns: int = US
     turnaround_ns: int = 0
+    sdo: SdoSettings = field(default_factory=SdoSettings)
     faults: Mapping[str, Fault] = field(default_factory=lambda: MappingProxyType({}))
 
 
@@ -56,7 +59,7 @@ class Parts:
 
     emcy: type[EmergencyProducer] = EmergencyProducer
     lss: type[LssSlave] = LssSlave
-    sdo: type[SdoServer] = SdoServer
+    sdo: Callable[..., SdoServer] = SdoServer
     heartbeat: type[HeartbeatService] = HeartbeatService
     guarding: type[NodeGuarding] = NodeGuarding
     consumer: type[HeartbeatConsumer] = HeartbeatConsumer
@@ -103,7 +106,7 @@ class Services:
         emcy = parts.emcy if EMCY_COB_ID in od else Unsaid
         self.od = od
         self.emcy = emcy(od, node_id, change)
-        self.sdo = parts.sdo(od, node_id)
+        self.sdo = parts.sdo(od, node_id, facts.sdo)
         self.sync = parts.sync(od, self.emcy, facts.window_unit_ns)
         self.pdo = parts.pdo(
             od,

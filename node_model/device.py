@@ -118,10 +118,11 @@ class Cia301Device:
         """Initialisation is done: pre-operational, boot-up first."""
         self._boot_at = None
         self.bit_rate = self._line_rate
+        own = (self._lss, self._line) if self.facts.lss else (self._line,)
         if self.node_id == NO_NODE_ID:
-            return self._begin((self._lss, self._line), now)
+            return self._begin(own, now)
         self.state = NmtState.PRE_OPERATIONAL
-        row = (*self.services.row, self._lss, self._line)
+        row = (*self.services.row, *own)
         return (*self.boot_frames(), *self._begin(row, now), *self.report(now))
 
     def boot_frames(self) -> Frames:

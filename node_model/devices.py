@@ -14,9 +14,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
-from node_model import drive, keypad
+from node_model import drive, generic, keypad
 from node_model.keypad.parameters import NODE_IDS
 from node_model.node import Panel
+from node_model.sheets import located, sheet_of
 from node_model.storage import RecordStore
 
 Settings = Mapping[str, int]
@@ -44,6 +45,7 @@ class Kind(Generic[F]):
         memory: content of the memory of one that was set to these settings.
         node_ids: node ids that it can have.
         with_node_id: the facts with another node id as it leaves the factory.
+        has_sheet: its facts name an EDS file that it is made from.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Kind(Generic[F]):
     memory: Callable[[F, Settings], bytes]
     node_ids: range
     with_node_id: Callable[[F, int], F]
+    has_sheet: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,47 +122,49 @@ def _keypad_memory(_: keypad.Profile, settings: Settings) -> bytes:
 
 
 def _drive_memory(facts: drive.Profile, settings: Settings) -> bytes:
-    strangers = settings.keys() - {"node_id", "bit_rate", "heartbeat_ms"}
-    if strangers:
-        raise TypeError(f"no setting {', '.join(sorted(strangers))}")
-    return drive.Drive(facts).set_up(settings)
+    return generic.memory(drive.Drive(facts), settings)
 
 
-def _keypad_node_id(facts: keypad.Profile, node_id: int) -> keypad.Profile:
+def _generic_memory(facts: generic.Profile, settings: Settings) -> bytes:
+    return generic.memory(generic.make(facts), settings)
+
+
+def _node_id(facts: Any, node_id: int) -> Any:
     return replace(facts, factory=replace(facts.factory, node_id=node_id))
 
 
-def _drive_node_id(facts: drive.Profile, node_id: int) -> drive.Profile:
-    return replace(facts, factory=replace(facts.factory, node_id=node_id))
-
-
+IDS = range(1, 128)
 KEYPAD: Kind[keypad.Profile] = Kind(
-    "keypad", keypad.loads, keypad.Keypad, _keypad_memory, NODE_IDS, _keypad_node_id
+    "keypad",
+    keypad.loads,
+    keypad.Keypad,
+    _keypad_memory,
+    NODE_IDS,
+    _node_id,
+    has_sheet=False,
 )
-DRIVE: Kind[drive.Profile] = Kind(
-    "drive", drive.loads, drive.Drive, _drive_memory, range(1, 128), _drive_node_id
+DRIVE: Kind[drive.Profile] = Kind("drive", drive.loads, drive.Drive, _drive_memory, IDS, _node_id)
+GENERIC: Kind[generic.Profile] = Kind(
+    "generic", generic.loads, generic.make, _generic_memory, IDS, _node_id
 )
-KINDS: Mapping[str, Kind[Any]] = MappingProxyType({kind.name: kind for kind in (KEYPAD, DRIVE)})
+KINDS: Mapping[str, Kind[Any]] = MappingProxyType(
+    {kind.name: kind for kind in (KEYPAD, DRIVE, GENERIC)}
+)
 """Kinds of device by name."""
 
 
-def read(profile: str, model: str | None = None) -> Blueprint[Any]:
+def read(profile: str, model: str | None = None, eds: str | None = None) -> Blueprint[Any]:
     """The blueprint of a device.
 
     Args:
         profile: name of a bundled profile, or path of a TOML file.
         model: name of a mutant or variant of `node_model.faults`; None = the right device.
+        eds: path of an EDS file that takes the place of the profile's.
 
     Raises:
-        UnknownDeviceError: no such profile, kind or model; a profile that is not usable.
+        UnknownDeviceError: no such profile, kind, model or EDS file; one that is not usable.
     """
-    bundled = resources.files("node_model.profiles") / f"{profile}.toml"
-    try:
-        text = (
-            bundled.read_text("utf-8") if bundled.is_file() else Path(profile).read_text("utf-8")
-        )
-    except OSError:
-        raise UnknownDeviceError(f"no profile {profile!r}: a bundled name or a file") from None
+    text, folder = _text_of(profile)
     try:
         kind = _kind_of(text)
         facts = kind.loads(text)
@@ -167,13 +172,33 @@ def read(profile: str, model: str | None = None) -> Blueprint[Any]:
         raise UnknownDeviceError(
             f"profile {profile!r} is not usable: {type(error).__name__}: {error}"
         ) from None
+    if kind.has_sheet:
+        facts = replace(facts, eds=_sheet_path(profile, eds or "", facts.eds, folder))
+    elif eds:
+        raise UnknownDeviceError(f"{eds}: a {kind.name} has an EDS file of its own")
     return Blueprint(kind, facts, kind.make if model is None else _maker(model, kind.name))
 
 
-def _text_of(profile: str) -> str:
-    bundled = resources.files("node_model.profiles") / f"{profile}.toml"
+def _sheet_path(profile: str, asked: str, named: str, folder: Path) -> str:
+    """Where the EDS file is; it is read, and kept."""
+    if not asked and not named:
+        raise UnknownDeviceError(
+            f"profile {profile!r} names no EDS file: give one with --eds FILE"
+        )
+    path = asked or located(named, folder)
     try:
-        return (bundled if bundled.is_file() else Path(profile)).read_text("utf-8")
+        sheet_of(path)
+    except ValueError as error:
+        raise UnknownDeviceError(str(error)) from None
+    return path
+
+
+def _text_of(profile: str) -> tuple[str, Path]:
+    """The text of a profile, and the folder that it is in."""
+    bundled = Path(str(resources.files("node_model.profiles") / f"{profile}.toml"))
+    path = bundled if bundled.is_file() else Path(profile)
+    try:
+        return path.read_text("utf-8"), path.parent
     except OSError:
         raise UnknownDeviceError(f"no profile {profile!r}: a bundled name or a file") from None
 
@@ -202,6 +227,7 @@ def make_device(
     node_id: int | None = None,
     settings: Settings | None = None,
     image: bytes | None = None,
+    eds: str | None = None,
 ) -> Panel:
     """A device, switched off.
 
@@ -211,11 +237,12 @@ def make_device(
         node_id: as it leaves the factory; None = the profile's.
         settings: what it was set to, in its memory; None = nothing.
         image: content of its memory instead; None = as `settings` say.
+        eds: path of an EDS file that takes the place of the profile's.
 
     Raises:
         UnknownDeviceError: there is no such profile, model, node id or setting.
     """
-    blueprint = read(profile, model)
+    blueprint = read(profile, model, eds)
     if node_id is not None:
         blueprint = blueprint.with_node_id(node_id)
     if image is None and settings is not None:

@@ -9,12 +9,16 @@ from node_model.composition import Facts, Parts
 from node_model.device import Cia301Device
 from node_model.drive.axis import Axis
 from node_model.drive.profile import Profile
-from node_model.drive.sheet import entries_of
 from node_model.nmt import NmtCommand
-from node_model.node import US, Frames
+from node_model.node import MS, US, Frames, S
+from node_model.sdo import SdoSettings
+from node_model.sheets import entries_of
 
 TURNAROUND_NS = 300 * US
 """From a SYNC to TPDO 1, and from each to the next: four of them need more than one ms."""
+
+SDO = SdoSettings(time_out_ns=S, block_time_out_ns=100 * MS, segment_gap_ns=500 * US)
+"""Segments of a block leave room for what has a higher identifier."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +37,7 @@ def facts_of(profile: Profile) -> Facts:
         partial(entries_of, profile.eds),
         window_unit_ns=profile.window_unit_ns,
         turnaround_ns=TURNAROUND_NS,
+        sdo=SDO,
         faults=profile.faults,
     )
 

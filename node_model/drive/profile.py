@@ -11,7 +11,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from node_model.node import MS, US
+from node_model.generic import WINDOW_UNITS, Factory
+from node_model.node import US
 from node_model.service import Fault
 
 REGISTER_BITS = {
@@ -24,25 +25,8 @@ REGISTER_BITS = {
 }
 """Bits of the error register 1001h (CiA 301 4.2.0, 7.5.2.2); bit 0 is set by every error."""
 
-_UNITS = {"us": US, "ms": MS}
-
 Place = tuple[int, int]
 """Index and sub-index of an object."""
-
-
-@dataclass(frozen=True, slots=True)
-class Factory:
-    """How a drive leaves the factory.
-
-    Args:
-        node_id: 1..127, or 255 for one that is to be configured over LSS.
-        bit_rate: bit/s.
-        heartbeat_ms: power-on value of 1017h, 0..65535; 0 = no heartbeat.
-    """
-
-    node_id: int = 5
-    bit_rate: int = 250_000
-    heartbeat_ms: int = 1000
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +35,7 @@ class Profile:
 
     Args:
         name: for people.
-        eds: name of a shipped EDS file, or path of another.
+        eds: path of its EDS file.
         factory: how it leaves the factory.
         window_unit_ns: what one step of 1007h is.
         control, status, set_point, actual: the objects of the axis.
@@ -61,7 +45,7 @@ class Profile:
     kind: ClassVar[str] = "drive"
 
     name: str = "drive"
-    eds: str = "drive.eds"
+    eds: str = ""
     factory: Factory = field(default_factory=Factory)
     window_unit_ns: int = US
     control: Place = (0x6040, 0)
@@ -98,7 +82,7 @@ def loads(text: str) -> Profile:
         name=table["device"]["name"],
         eds=table["device"]["eds"],
         factory=Factory(**table["factory"]),
-        window_unit_ns=_UNITS[table["sync"]["window_unit"]],
+        window_unit_ns=WINDOW_UNITS[table["sync"]["window_unit"]],
         control=_place(axis["control"]),
         status=_place(axis["status"]),
         set_point=_place(axis["set_point"]),

@@ -1,5 +1,29 @@
 """Devices that a good suite must find faulty (mutants) or must spare (variants)."""
 
-from node_model.faults.registry import MUTANTS, VARIANTS, Mutant, Variant, find, make
+from node_model.faults.registry import (
+    DRIVE_MUTANTS,
+    DRIVE_VARIANTS,
+    MODELS,
+    MUTANTS,
+    VARIANTS,
+    Mutant,
+    Variant,
+    find,
+    make,
+    mutants_of,
+    variants_of,
+)
 
-__all__ = ["MUTANTS", "VARIANTS", "Mutant", "Variant", "find", "make"]
+__all__ = [
+    "DRIVE_MUTANTS",
+    "DRIVE_VARIANTS",
+    "MODELS",
+    "MUTANTS",
+    "VARIANTS",
+    "Mutant",
+    "Variant",
+    "find",
+    "make",
+    "mutants_of",
+    "variants_of",
+]

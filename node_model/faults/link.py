@@ -11,7 +11,7 @@ from dataclasses import replace
 from heapq import heappop, heappush
 
 from node_model.frame import MAX_DATA_BYTES, Frame
-from node_model.node import MS, NOTHING, Frames, Node, Panel, earliest
+from node_model.node import MS, NOTHING, Frames, Node, Panel, Withdrawing, earliest
 
 Travel = Iterable[tuple[int, Frame]]
 """Frames and the instants at which each of them arrives."""
@@ -276,3 +276,12 @@ class PanelLink(Link):
     def image(self) -> bytes:
         """Content of the panel's memory."""
         return self.panel.image()
+
+
+class DeviceLink(PanelLink):
+    """A device behind an effect that takes back frames as the device would."""
+
+    def withdraws(self, frame: Frame, asked_at: int, now: int) -> bool:
+        """Whether it takes this frame back."""
+        device = self.panel
+        return isinstance(device, Withdrawing) and device.withdraws(frame, asked_at, now)

@@ -10,7 +10,8 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any, Protocol
 
-from node_model.faults import limit_variants
+from node_model.faults import drive, limit_variants
+from node_model.faults.drive_parts import assemble_drive
 from node_model.faults.mutants import FAULTS
 from node_model.faults.parts import Deviation, Fault, assemble
 from node_model.faults.variants import DEVIATIONS
@@ -25,6 +26,13 @@ class Maker(Protocol):
 
     def __call__(self, profile: Any, image: bytes = b"") -> Panel:
         """A device with these facts of its kind and this content of its memory."""
+
+
+class Build(Protocol):
+    """Builds a device of a kind with a part in its place."""
+
+    def __call__(self, part: Any, profile: Any, image: bytes = b"") -> Panel:
+        """See `assemble`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,22 +85,44 @@ def text_of(part: type) -> str:
     return " ".join((part.__doc__ or "").split())
 
 
-def _mutant(part: type[Fault]) -> Mutant:
-    return Mutant(name_of(part), text_of(part), part.violates, partial(assemble, part))
+def _mutant(part: type[Fault], build: Build = assemble, kind: str = "keypad") -> Mutant:
+    return Mutant(name_of(part), text_of(part), part.violates, partial(build, part), kind)
 
 
-def _variant(part: type[Deviation]) -> Variant:
-    made = partial(assemble, part)
-    return Variant(name_of(part), text_of(part), part.allowed_by, made, part.departs)
+def _variant(part: type[Deviation], build: Build = assemble, kind: str = "keypad") -> Variant:
+    made = partial(build, part)
+    return Variant(name_of(part), text_of(part), part.allowed_by, made, part.departs, kind)
 
 
 MUTANTS: Mapping[str, Mutant] = MappingProxyType({name_of(p): _mutant(p) for p in FAULTS})
+"""The keypads with a fault."""
+
 VARIANTS: Mapping[str, Variant] = MappingProxyType(
     {name_of(part): _variant(part) for part in (*DEVIATIONS, *limit_variants.DEVIATIONS)}
 )
+"""The keypads that differ."""
 
-MODELS: Mapping[str, Mutant | Variant] = MappingProxyType({**MUTANTS, **VARIANTS})
+DRIVE_MUTANTS: Mapping[str, Mutant] = MappingProxyType(
+    {name_of(part): _mutant(part, assemble_drive, "drive") for part in drive.FAULTS}
+)
+DRIVE_VARIANTS: Mapping[str, Variant] = MappingProxyType(
+    {name_of(part): _variant(part, assemble_drive, "drive") for part in drive.DEVIATIONS}
+)
+
+MODELS: Mapping[str, Mutant | Variant] = MappingProxyType(
+    {**MUTANTS, **VARIANTS, **DRIVE_MUTANTS, **DRIVE_VARIANTS}
+)
 """All of them; no name is double."""
+
+
+def mutants_of(kind: str) -> Mapping[str, Mutant]:
+    """The devices of a kind that have a fault, by name; none of a kind that has no model."""
+    return {"keypad": MUTANTS, "drive": DRIVE_MUTANTS}.get(kind, {})
+
+
+def variants_of(kind: str) -> Mapping[str, Variant]:
+    """The devices of a kind that differ, by name; none of a kind that has no model."""
+    return {"keypad": VARIANTS, "drive": DRIVE_VARIANTS}.get(kind, {})
 
 
 def find(name: str, kind: str) -> Mutant | Variant:

@@ -63,12 +63,14 @@ def main(argv: Sequence[str] | None = None, say: Callable[[str], None] = print) 
     """Run the command; returns the exit status: 0 ended, 2 wrong use or no bus."""
     parser = arguments()
     options = parser.parse_args(argv)
-    if options.eds:
-        parser.error("--eds goes with the profile generic; the keypad has no object dictionary")
     try:
         image = memory.read_image(options.storage) if options.storage else None
         node = devices.make_device(
-            options.profile, model=options.mutant, node_id=options.node_id, image=image
+            options.profile,
+            model=options.mutant,
+            node_id=options.node_id,
+            image=image,
+            eds=options.eds,
         )
         with contextlib.closing(open_wire(options.interface, options.channel)) as wire:
             leash = (sys.stdin.fileno(),) if options.leash else ()

@@ -34,10 +34,12 @@ class Rpdo:
         apply: writes the values that have come.
     """
 
+    parameters_type: Callable[..., PdoParameters] = PdoParameters
+
     def __init__(
         self, od: ObjectDictionary, index: int, errors: ErrorHandler, apply: Apply
     ) -> None:
-        self.parameters = PdoParameters(od, index, Direction.RECEIVE, self._written)
+        self.parameters = self.parameters_type(od, index, Direction.RECEIVE, self._written)
         self._errors = errors
         self._apply = apply
         self._operational = False

@@ -8,6 +8,8 @@ for the inhibit time it sends the values of the end, not of the beginning.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from node_model.frame import Frame, data_frame
 from node_model.node import NOTHING, Frames, earliest
 from node_model.od import ObjectDictionary
@@ -23,8 +25,10 @@ class Tpdo:
         index: of its communication parameter, 1800h..19FFh.
     """
 
+    parameters_type: Callable[..., PdoParameters] = PdoParameters
+
     def __init__(self, od: ObjectDictionary, index: int) -> None:
-        self.parameters = PdoParameters(od, index, Direction.TRANSMIT, self._written)
+        self.parameters = self.parameters_type(od, index, Direction.TRANSMIT, self._written)
         self._operational = False
         self._mapping = Mapping()
         self._keys: frozenset[tuple[int, int]] = frozenset()

@@ -20,7 +20,10 @@ class Host(Enum):
 
 @dataclass(frozen=True)
 class Step:
-    """After `wait_ns` one input: a set of held keys, a frame, power on (True) or off."""
+    """After `wait_ns` one input: a frame, power on (True) or off, a set of names.
+
+    The names are keys that are held, or errors that exist where a node can have some.
+    """
 
     wait_ns: int
     what: frozenset[str] | Frame | bool | None
@@ -105,6 +108,8 @@ def act(node: Node, what: frozenset[str] | Frame | bool | None, now: int) -> Fra
         return frames
     if what is not None and is_panel(node):
         panel: Panel = node  # type: ignore[assignment]
+        if panel.faults:
+            return panel.fail(what & frozenset(panel.faults), now)
         return panel.hold(what & frozenset(panel.keys), now)
     return ()
 

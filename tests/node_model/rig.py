@@ -60,8 +60,9 @@ class Rig:
         return self.send(0, command, self.node_id)
 
     def sync(self) -> list[Frame]:
-        """A SYNC without counter."""
-        return self.send(0x080)
+        """A SYNC without counter, and two milliseconds: the synchronous TPDOs."""
+        said = self.send(0x080)
+        return said + self(self.now / MS + 2)
 
     def fail(self, *active: str) -> list[Frame]:
         """Exactly these errors exist from now on."""

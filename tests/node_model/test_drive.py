@@ -207,21 +207,22 @@ def test_a_sync_takes_set_points_and_sends_actual_values() -> None:
     rig = enabled()
     assert rig.send(0x205, 0x0F, 0, 0xF4, 1, 0, 0) == []
     assert rig.read(0x607A) == 0
-    assert rig.sync() == []
+    assert rig.sync() == [Frame(0x185, bytes((0x37, 2, 0, 0, 0, 0)))]
     assert rig.read(0x607A) == 500
-    assert rig(100.3) == [Frame(0x185, bytes((0x37, 2, 0, 0, 0, 0)))]
-    rig(102)
-    rig.sync()
-    assert rig(103) == [Frame(0x185, bytes((0x37, 2, 0xF4, 1, 0, 0)))]
+    assert rig.sync() == [Frame(0x185, bytes((0x37, 2, 0xF4, 1, 0, 0)))]
 
 
-def test_an_actual_value_that_misses_the_window_is_not_sent() -> None:
-    """It needs 300 us: a window as long lets it through, a shorter one does not."""
-    rig = running()
-    for window, sent in ((300, 1), (299, 0), (0, 1)):
-        rig.write(0x1007, 0, window, 4)
-        rig.sync()
-        assert len(rig(rig.now / MS + 5)) == sent
+@pytest.mark.parametrize(("window_us", "frames"), [(299, 0), (300, 1), (599, 1), (600, 2)])
+def test_tpdos_that_miss_the_window_are_dropped(window_us: int, frames: int) -> None:
+    """The first is ready 300 us after the SYNC, the second 300 us later."""
+    rig = running(0x80)
+    rig.write(0x1A02, 1, 0x2014_0108, 4)
+    rig.write(0x1A02, 0, 1, 1)
+    rig.write(0x1802, 1, 0x385, 4)
+    rig.write(0x1007, 0, window_us, 4)
+    rig.nmt(1)
+    rig(110)
+    assert [frame.can_id for frame in rig.sync()] == [0x185, 0x385][:frames]
 
 
 @pytest.mark.parametrize(
@@ -236,7 +237,7 @@ def test_a_set_point_after_the_window_is_ignored(
     path.write_text(PROFILE.replace('"us"', f'"{unit}"'))
     rig = running(1, str(path))
     rig.write(0x1007, 0, steps, 4)
-    rig.sync()
+    rig.send(0x080)
     rig(100 + at_us / 1000)
     rig.send(0x205, 0x0F, 0, 7, 0, 0, 0)
     rig(105)

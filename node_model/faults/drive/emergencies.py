@@ -1,0 +1,243 @@
+"""Drives whose emergencies are wrong (EM-01, EM-06 to EM-08)."""
+
+from __future__ import annotations
+
+from node_model.drive import Drive
+from node_model.emcy import EMCY_BASE, EmergencyProducer, emcy_frame
+from node_model.faults.parts import Fault as Wrong
+from node_model.frame import Frame
+from node_model.nmt import NmtState
+from node_model.node import MS, US, Frames
+from node_model.service import Fault
+
+
+class EmergencyCodeHighByteFirst(Wrong, EmergencyProducer):
+    """The error code of an emergency is sent with its high byte first."""
+
+    violates = ("EM-01", "C-EM-01")
+
+    def _tell(self, data: bytes, now: int) -> None:
+        super()._tell(data[1::-1] + data[2:], now)
+
+
+class EmergencyOfSevenBytes(Wrong, EmergencyProducer):
+    """An emergency has seven bytes."""
+
+    violates = ("EM-01", "C-EM-01", "C-RB-02")
+
+    def _tell(self, data: bytes, now: int) -> None:
+        super()._tell(data[:7], now)
+
+
+class EmergencySentTwice(Wrong, EmergencyProducer):
+    """Each emergency is sent twice."""
+
+    violates = ("EM-01", "C-EM-02")
+
+    def _tell(self, data: bytes, now: int) -> None:
+        super()._tell(data, now)
+        super()._tell(data, now)
+
+
+class EmergencyWithoutRegister(Wrong, EmergencyProducer):
+    """Byte 2 of an emergency is 0 whatever the error register is."""
+
+    violates = ("EM-01", "C-EM-03")
+
+    def _tell(self, data: bytes, now: int) -> None:
+        super()._tell(data[:2] + b"\0" + data[3:], now)
+
+
+class EmergencyWithoutMakersBytes(Wrong, EmergencyProducer):
+    """The five bytes of the maker are lost on the way into the emergency."""
+
+    violates = ("EM-01",)
+
+    def _tell(self, data: bytes, now: int) -> None:
+        super()._tell(data[:3] + bytes(5), now)
+
+
+class EmergencyOfTheNextNode(Wrong, EmergencyProducer):
+    """Emergencies are sent with the identifier of the next node."""
+
+    violates = ("EM-01", "C-EM-01")
+
+    def can_id(self) -> int:
+        return super().can_id() + 1
+
+
+class EmergencyIdentifierIsFixed(Wrong, EmergencyProducer):
+    """What 1014h says of the identifier does not matter."""
+
+    violates = ("EM-07", "C-EM-01")
+
+    def can_id(self) -> int:
+        return EMCY_BASE + self.node_id
+
+
+class EmergencyForARefusedRequest(Wrong, Drive):
+    """An SDO request that is refused causes an emergency."""
+
+    violates = ("EM-02",)
+
+    def receive(self, frame: Frame, now: int) -> Frames:
+        said = super().receive(frame, now)
+        if any(each.can_id == 0x580 + self.node_id and each.data[0] == 0x80 for each in said):
+            return (*said, emcy_frame(self.node_id, 0x6300, 0x01))
+        return said
+
+
+class EmergencyBeforeBootUp(Wrong, Drive):
+    """An error that is there at power-on is told before the boot-up."""
+
+    violates = ("C-NMT-02",)
+
+    def boot(self, now: int) -> Frames:
+        return tuple(reversed(super().boot(now)))
+
+
+class EndOfErrorIsSilent(Wrong, EmergencyProducer):
+    """When the last error goes nothing is sent."""
+
+    violates = ("EM-06", "C-EM-04")
+
+    def tells_end(self, register: int) -> bool:
+        return False
+
+
+class OneHealedErrorEndsAll(Wrong, EmergencyProducer):
+    """When one of several errors goes all of them count as gone."""
+
+    violates = ("EM-06", "C-EM-04")
+
+    def heal(self, cause: str, now: int) -> Frames:
+        for other in [*self.errors] if cause in self.errors else []:
+            if other != cause:
+                del self.errors[other]
+        return super().heal(cause, now)
+
+
+class EndOfErrorKeepsTheCode(Wrong, EmergencyProducer):
+    """The end of the last error is told with the code FF00h instead of 0000h."""
+
+    violates = ("EM-06", "C-EM-04")
+
+    def _tell(self, data: bytes, now: int) -> None:
+        super()._tell(data if any(data[:2]) else b"\x00\xff" + data[2:], now)
+
+
+class ResetTellsTheEndOfErrors(Wrong, EmergencyProducer):
+    """A reset with an error sends an emergency 0000h after the boot-up."""
+
+    violates = ("C-EM-06",)
+
+    ended = False
+
+    def stop(self) -> None:
+        self.ended = bool(self.errors)
+        super().stop()
+
+    def start(self, now: int) -> Frames:
+        ended = self.ended
+        said = super().start(now)
+        return (*said, emcy_frame(self.node_id, 0, 0)) if ended else said
+
+
+class EmergencyInStopped(Wrong, EmergencyProducer):
+    """Emergencies are sent in stopped, too."""
+
+    violates = ("EM-08", "C-EM-17", "C-NMT-16")
+
+    def may_send(self) -> bool:
+        return True
+
+
+class ErrorInStoppedIsForgotten(Wrong, EmergencyProducer):
+    """An error that comes in stopped is never told."""
+
+    violates = ("EM-08",)
+
+    def enter(self, state: NmtState, now: int) -> Frames:
+        if self.state is NmtState.STOPPED:
+            self._queue.clear()
+        return super().enter(state, now)
+
+
+class EmergencyInhibitIsIgnored(Wrong, EmergencyProducer):
+    """Two emergencies follow each other at once, whatever 1015h says."""
+
+    violates = ("EM-07", "C-EM-15")
+
+    def inhibit_ns(self) -> int:
+        return 0
+
+
+class EmergencyInhibitTooShort(Wrong, EmergencyProducer):
+    """The inhibit time of emergencies counts in steps of 10 us."""
+
+    violates = ("EM-07", "C-EM-15")
+
+    def inhibit_ns(self) -> int:
+        return super().inhibit_ns() // (100 * US) * 10 * US
+
+
+class DisabledEmergencyIsSent(Wrong, EmergencyProducer):
+    """Bit 31 of 1014h does not switch emergencies off."""
+
+    violates = ("EM-07", "C-EM-13")
+
+    def is_valid(self) -> bool:
+        return True
+
+
+class WithoutEmergencyNoRegister(Wrong, EmergencyProducer):
+    """With emergencies switched off errors do not show in 1001h and 1003h either."""
+
+    violates = ("C-EM-13",)
+
+    def occur(self, cause: str, fault: Fault, now: int) -> Frames:
+        return super().occur(cause, fault, now) if self.is_valid() else ()
+
+
+class EmergencyIdentifierChangesInUse(Wrong, EmergencyProducer):
+    """The identifier in 1014h can be changed while it is valid, and to a restricted one."""
+
+    violates = ("C-EM-14",)
+
+    def _guard_cob_id(self, sub: int, data: bytes) -> None:
+        pass
+
+
+class EmergencyTooLate(Wrong, EmergencyProducer):
+    """An emergency is sent 60 ms after its error."""
+
+    violates = ("EM-01",)
+
+    def _tell(self, data: bytes, now: int) -> None:
+        super()._tell(data, now)
+        self._since = now + 60 * MS
+
+
+FAULTS: tuple[type[Wrong], ...] = (
+    EmergencyCodeHighByteFirst,
+    EmergencyOfSevenBytes,
+    EmergencySentTwice,
+    EmergencyWithoutRegister,
+    EmergencyWithoutMakersBytes,
+    EmergencyOfTheNextNode,
+    EmergencyIdentifierIsFixed,
+    EmergencyForARefusedRequest,
+    EmergencyBeforeBootUp,
+    EndOfErrorIsSilent,
+    OneHealedErrorEndsAll,
+    EndOfErrorKeepsTheCode,
+    ResetTellsTheEndOfErrors,
+    EmergencyInStopped,
+    ErrorInStoppedIsForgotten,
+    EmergencyInhibitIsIgnored,
+    EmergencyInhibitTooShort,
+    DisabledEmergencyIsSent,
+    WithoutEmergencyNoRegister,
+    EmergencyIdentifierChangesInUse,
+    EmergencyTooLate,
+)
