@@ -14,7 +14,16 @@ from typing import TYPE_CHECKING
 from hil_tests.bench.judging import LOOK_ON_NS
 from hil_tests.clients import sdo_frames
 from hil_tests.clients.accepted import Accepted, show_code
-from hil_tests.clients.sdo import Abort, Breach, Download, Requests, Transfer, Upload, show
+from hil_tests.clients.sdo import (
+    UNKNOWN_COMMAND,
+    Abort,
+    Breach,
+    Download,
+    Requests,
+    Transfer,
+    Upload,
+    show,
+)
 from hil_tests.clients.values import number
 from hil_tests.clock import MS, exactly, show_span
 from hil_tests.judge import matchers
@@ -35,9 +44,6 @@ IN_TIME = "C-SD-20"
 
 ANSWER_NS = 50 * MS
 """Request to answer, where no profile says otherwise."""
-
-UNKNOWN_COMMAND = 0x0504_0001
-"""What the client sends when it gives a transfer up."""
 
 
 class Sdo:
@@ -153,9 +159,22 @@ class Sdo:
             text = f"{index:04X}h:{sub:02X} is put back to {show(data)}; it is {show(found)}"
             self._bench.check(found == data, text, requirement=ACCESS)
 
+    def serves(self, requirement: str, index: int = 0x1000, sub: int = 0) -> bytes:
+        """A read works as if nothing had been before; whatever is wrong breaks this rule."""
+        transfer = Upload(index, sub)
+        try:
+            outcome = self._carry(transfer, requirement)
+        except Breach as breach:
+            self.abort(index, sub)
+            self._bench.fail(str(breach), requirement=requirement)
+        return self._served(outcome, f"read of {transfer.name}", requirement)
+
     def _done(self, transfer: Transfer, verb: str, requirement: str) -> bytes:
         outcome = self.run(transfer, requirement)
-        text = f"{verb} of {transfer.name} is served"
+        return self._served(outcome, f"{verb} of {transfer.name}", requirement)
+
+    def _served(self, outcome: bytes | Abort, what: str, requirement: str) -> bytes:
+        text = f"{what} is served"
         if isinstance(outcome, Abort):
             text += f"; it was refused with {show_code(outcome.code)}"
             self._bench.fail(text, requirement=requirement)
@@ -177,14 +196,17 @@ class Sdo:
         Raises:
             DeviceFailure: an answer is missing, late, or breaks the protocol.
         """
+        try:
+            return self._carry(transfer, requirement)
+        except Breach as breach:
+            self.abort(transfer.index, transfer.sub)
+            self._bench.fail(str(breach), requirement=breach.requirement)
+
+    def _carry(self, transfer: Transfer, requirement: str) -> bytes | Abort:
         last = self._send_all(transfer.begin())
         while transfer.result is None:
             answer = self._answer(last, requirement)
-            try:
-                requests = transfer.answer(answer.frame.data)
-            except Breach as breach:
-                self.abort(transfer.index, transfer.sub)
-                self._bench.fail(str(breach), requirement=breach.requirement, since=last)
+            requests = transfer.answer(answer.frame.data)
             last = self._send_all(requests) if requests else answer
         return transfer.result
 

@@ -18,6 +18,8 @@ NOTHING: Requests = ()
 
 FRAME_BYTES = 8
 ABORT = 0x80
+UNKNOWN_COMMAND = 0x0504_0001
+"""Which object its abort names is left to the server: it did not understand the request."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +85,9 @@ class Transfer:
         if len(data) != FRAME_BYTES:
             raise Breach("C-SD-01", f"an SDO answer has 8 bytes; {show(data)} has {len(data)}")
         if data[0] == ABORT:
-            self._names_object(data)
             self.result = abort_in(data)
+            if int.from_bytes(data[4:], "little") != UNKNOWN_COMMAND:
+                self._names_object(data)
             return NOTHING
         return self._next(data)
 

@@ -22,6 +22,7 @@ _SIZED = 0x01
 _INVALID = 1 << 31
 _PRODUCES = 1 << 30
 _IDENTIFIER = 0x7FF
+_PRODUCER_TIME = b"\x17\x10\x00"
 _TPDO = range(0x1800, 0x1A00)
 _MORE_SERVERS = range(0x1201, 0x1280)
 
@@ -79,6 +80,11 @@ class SdoListener:
             return
         is_download = frame.data[0] & _COMMAND == _DOWNLOAD
         self._asked = (frame.data, seen.at) if is_download else None
+
+    @property
+    def beat_asked(self) -> bool:
+        """A heartbeat period was written, and the device has not answered yet."""
+        return self._asked is not None and self._asked[0][1:4] == _PRODUCER_TIME
 
     def answered(self, seen: Seen) -> Setting | None:
         """A frame of the device; what was set by it."""

@@ -75,6 +75,8 @@ class Watch:
         self.timeline = StateTimeline(expected.command_ns, states)
         self._ids = _IDENTIFIERS[expected.family](expected.node_id)
         self._sdo = None if expected.node_id is None else SdoListener(expected.node_id)
+        self._held: Expected | None = None
+        """What counts again if the write of 1017h that is under way is refused."""
         self._admitted: dict[int, Role] = {}
         """Identifiers that the device was given."""
         self._polls: deque[int] = deque()
@@ -158,9 +160,8 @@ class Watch:
         if self.timeline.commissions(seen.wanted):
             return  # there every frame but the echo is wrong, and none is a start or a beat
         self._boot.see(seen)
-        setting = self._sdo.answered(seen) if self._sdo else None
-        if setting is not None:
-            self._set(setting)
+        if self._sdo is not None:
+            self._learn(self._sdo, seen)
         if frame.can_id == self._beat_id and not frame.extended and not frame.remote:
             if self._answers_poll(seen):
                 return
@@ -169,6 +170,21 @@ class Watch:
                 self._booted(seen)
             elif self.timeline.sure(seen.wanted) and not self._boot.owed:
                 self._beat = frame
+
+    def _await_period(self, request: Seen) -> None:
+        """From a write of 1017h to its answer either period may count."""
+        if self._sdo is not None and self._sdo.beat_asked and self._held is None:
+            self._held = self.expected
+            self.retime(self.expected.of_unknown_beat(), Interval(request.at, request.at))
+
+    def _learn(self, listener: SdoListener, seen: Seen) -> None:
+        """The device may have confirmed what the tester has written, or refused it."""
+        setting = listener.answered(seen)
+        if self._held is not None and not listener.beat_asked:
+            held, self._held = self._held, None
+            self.retime(held, seen.wanted)
+        if setting is not None:
+            self._set(setting)
 
     def _set(self, setting: Setting) -> None:
         """The tester has set something in the device."""
@@ -226,6 +242,7 @@ class Watch:
         node_id = self.expected.node_id
         if self._sdo is not None:
             self._sdo.asked(seen)
+            self._await_period(seen)
         if frame.remote and frame.can_id == self._beat_id and not frame.extended:
             self._polls.append(seen.at)
         if node_id is None or frame.can_id or self._deaf:
@@ -253,6 +270,7 @@ class Watch:
 
         Many stacks keep 1017h over a reset of the communication: there nobody can say.
         """
+        self._held = None
         if self.expected.heartbeat_ns == self._home.heartbeat_ns:
             return
         known = self._home

@@ -65,6 +65,13 @@ def test_an_abort_is_a_result() -> None:
     assert abort_in(bytes.fromhex("4317100001020304")) is None
 
 
+def test_an_unknown_command_has_no_object() -> None:
+    """Servers differ in which one they name."""
+    transfer = Upload(0x1017, 0)
+    talk(transfer, "8000000001000405")
+    assert transfer.result == Abort(0x0504_0001, 0, 0)
+
+
 def test_a_write_of_up_to_four_bytes_is_expedited() -> None:
     """One request, one answer 60h."""
     transfer = Download(0x1017, 0, b"\xf4\x01")

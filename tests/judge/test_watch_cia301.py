@@ -345,3 +345,44 @@ def test_a_device_without_limits_may_beat_as_it_likes() -> None:
     scene = Scene(known).started()
     scene.beats([60, 61, 900])
     assert scene.blamed(5000) == []
+
+
+REQUEST = bytes.fromhex("2B17100064000000")
+"""1017h = 100 ms."""
+BEAT = Frame(0x705, b"\x05")
+
+
+def between(scene: Scene, answer: str) -> Scene:
+    """1017h is written, a beat comes, then the answer, then beats 100 ms apart."""
+    scene.see(Frame(0x605, REQUEST), 200, own=True)
+    scene.see(BEAT, 201)
+    scene.see(Frame(0x585, bytes.fromhex(answer)), 202)
+    return scene
+
+
+def test_a_beat_between_the_write_of_its_period_and_the_answer_is_no_fault() -> None:
+    """A device may beat as soon as it takes the value, and answer then."""
+    scene = between(running(), "6017100000000000")
+    for at_ms in (301, 401, 501):
+        scene.see(BEAT, at_ms)
+    assert scene.blamed(550) == []
+    assert scene.blamed(700) == ["C-HB-04"]
+
+
+def test_a_period_that_was_refused_is_the_old_one_again() -> None:
+    """Without a heartbeat every further beat is one too many."""
+    scene = between(running(), "8017100030000906")
+    assert scene.blamed(300) == []
+    scene.see(BEAT, 301)
+    assert scene.blamed(400) == ["C-HB-06"]
+
+
+def test_a_reset_ends_the_wait_for_an_answer() -> None:
+    """What the device starts with counts then, whatever is answered later."""
+    scene = running()
+    scene.see(Frame(0x605, REQUEST), 200, own=True)
+    scene.command(Nmt.RESET_NODE, 210)
+    scene.see(Frame(0x705, b"\x00"), 220)
+    scene.see(Frame(0x585, bytes.fromhex("6008100000000000")), 230)
+    scene.see(BEAT, 300)
+    assert "C-HB-06" in scene.blamed(400)

@@ -56,6 +56,11 @@ class Trouble:
         self.bench.wait(SPAN_NS + limits.life_ns + limits.emcy_ns)
         return began
 
+    @property
+    def rule(self) -> str:
+        """The requirement that says that there is this error."""
+        return "C-NG-06" if self.other is None else "C-HBC-03"
+
     def told(self, began: Seen, requirement: str) -> Seen:
         """The EMCY that tells of it, since what began it."""
         limits = self.bench.profile.limits
@@ -79,8 +84,17 @@ def trouble(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> Trouble:
     if consumer is not None and consumer.writable:
         other = (bench.node_id + 20) % 127 + 1
         sdo.write(CONSUMER, 1, u32(other << 16 | SPAN_MS), requirement="C-HBC-01")
-        return Trouble(bench, other)
+        return shown_once(Trouble(bench, other))
     if sheet.get(GUARD_TIME) is None or sheet.get(LIFE_FACTOR) is None:
         raise NotApplicable("the device has neither 1016h nor 100Ch: no error can be made")
     guarded(sdo, sheet, SPAN_MS, 1)
-    return Trouble(bench, None)
+    return shown_once(Trouble(bench, None))
+
+
+def shown_once(error: Trouble) -> Trouble:
+    """Before anything else is asked of it, the error comes and goes."""
+    error.told(error.arise(), error.rule)
+    error.heal()
+    limits = error.bench.profile.limits
+    error.bench.wait(limits.emcy_ns + limits.life_ns)
+    return error

@@ -189,6 +189,7 @@ def test_every_entry_works_by_itself(bench: Cia301Bench, sdo: Sdo, sheet: Sheet)
     second_entry(sheet)
     first = watching(bench, sdo, sheet)
     second = watched_id(bench, 1)
+    expect_event(bench, beat(bench, first), TIME_MS * MS, "C-HBC-03", "C-HBC-06")
     sdo.write(CONSUMER, 2, entry(second, TIME_MS), requirement="C-HBC-01")
     last = beat(bench, first)
     for _ in range(6):

@@ -146,6 +146,7 @@ def test_a_new_node_id_acts_at_reset_communication(
 
 def expect_boot_up(bench: Cia301Bench, old: int, new: int) -> None:
     """Reset communication of a node brings a boot-up under another node id."""
+    bench.wait(10 * MS)
     sent = bench.send(nmt_frame(Nmt.RESET_COMMUNICATION, old))
     within = bench.profile.limits.boot_up_ns
     bench.expect(matchers.boot_up(new), after=sent, within=within, requirement="C-LS-10")

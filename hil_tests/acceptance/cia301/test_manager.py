@@ -59,6 +59,19 @@ def polled(
     bench.start()
     guarded(sdo, sheet, GUARD_MS, factor)
     manager.guard(GUARD_MS * MS, factor)
+    since = bench.now()
+    manager.wait(GUARD_MS * MS // 2)
+    answer = matchers.cob(0x700 + bench.node_id, "a guarding answer")
+    heard = bench.collect(answer, after=since, until=bench.now())
+    bench.check(bool(heard), "guarding requests are answered", requirement="C-NG-02")
+
+
+def expect_one_boot_up(bench: Cia301Bench, since: int) -> None:
+    """A reset was followed by one boot-up (C-NMT-13)."""
+    bench.wait(300 * MS)
+    boots = bench.collect(matchers.boot_up(bench.node_id), after=since, until=bench.now())
+    text = f"one boot-up follows a reset; there were {len(boots)}"
+    bench.check(len(boots) == 1, text, requirement="C-NMT-13")
 
 
 def kinds(manager: Master) -> list[tuple[What, bool]]:
@@ -88,9 +101,11 @@ def test_resets_of_the_manager_are_obeyed(
     managed(bench, sdo, sheet, manager)
     manager.wait(SETTLED_NS)
     manager.take_events()
+    since = bench.now()
     ask = Manager.reset if command is Manager.reset else Manager.reset_communication
     manager.tell(ask)
     manager.wait(bench.profile.limits.boot_up_ns)
+    expect_one_boot_up(bench, since)
     restarts = [event for event in manager.take_events() if event.what is What.RESTART]
     text = f"one restart, as commanded; there were {restarts}"
     bench.check(len(restarts) == 1 and restarts[0].asked, text, requirement="MGR-01")
@@ -159,12 +174,13 @@ def test_a_stored_producer_time_starts_with_the_boot_up(
     manager.meet()
     _, most = bench.profile.limits.heartbeat_each_ns(period_ms * MS)
     manager.heartbeat(most)
+    since = bench.now()
     manager.tell(Manager.reset)
     manager.wait(bench.profile.limits.boot_up_ns)
-    manager.take_events()
     manager.wait(3 * period_ms * MS)
-    found = kinds(manager)
-    bench.check(not found, f"no beat is missing; {found}", requirement="MGR-04")
+    expect_one_boot_up(bench, since)
+    lost = [event.text for event in manager.take_events() if event.what is What.HEARTBEAT]
+    bench.check(not lost, f"no beat is missing; {lost}", requirement="MGR-04")
 
 
 @pytest.mark.requirement("MGR-05", "EC-01")
@@ -243,7 +259,7 @@ def test_a_toggle_bit_that_does_not_alternate_is_a_node_guarding_event(
 ) -> None:
     """Somebody else polls in between: the manager misses an answer and sees it by the bit."""
     polled(bench, sdo, sheet, manager)
-    manager.wait(250 * MS)
+    manager.wait(200 * MS)  # between two polls
     manager.take_events()
     before = manager.manager
     bench.send(Frame(0x700 + bench.node_id, remote=True, dlc=1))
@@ -282,8 +298,10 @@ def test_a_restart_that_nobody_asked_for_is_told(
     managed(bench, sdo, sheet, manager)
     manager.wait(SETTLED_NS)
     manager.take_events()
+    since = bench.now()
     bench.nmt(Nmt.RESET_NODE)
     manager.wait(bench.profile.limits.boot_up_ns)
+    expect_one_boot_up(bench, since)
     restarts = [event for event in manager.take_events() if event.what is What.RESTART]
     text = f"one restart that was not asked for; {restarts}"
     bench.check([event.asked for event in restarts] == [False], text)

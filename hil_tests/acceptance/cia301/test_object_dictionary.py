@@ -35,7 +35,7 @@ from hil_tests.api import (
     sdo_frames,
 )
 
-TELLS_NOTHING = frozenset({0x0800_0020, 0x0800_0021, 0x0800_0022, 0x0800_0024})
+TELLS_NOTHING = frozenset({0x060A_0023, 0x0800_0020, 0x0800_0021, 0x0800_0022, 0x0800_0024})
 """Codes by which an object that can be read says that there is nothing to be read now."""
 
 MUTE = frozenset({ERROR_FIELD, STORE, RESTORE})

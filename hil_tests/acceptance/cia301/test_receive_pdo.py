@@ -68,6 +68,14 @@ def expect_values(
     bench.check(found == wanted, text, requirement=rule)
 
 
+def works(bench: Cia301Bench, sdo: Sdo, objects: list[EdsObject], can_id: int) -> None:
+    """An RPDO of exact length is applied, with a SYNC where it waits for one."""
+    data = bytes(range(0x71, 0x71 + len(objects)))
+    bench.send(Frame(can_id, data))
+    sync(bench)
+    expect_values(bench, sdo, objects, data, "C-RP-04", "an RPDO of exact length")
+
+
 @pytest.mark.requirement("C-RP-01")
 def test_default_identifiers_are_those_of_the_node(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet
@@ -129,6 +137,7 @@ def test_an_rpdo_is_ignored_outside_operational(
 def test_the_last_rpdo_before_a_sync_counts(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
     """Of three the third is applied."""
     objects, can_id = prepared(bench, sdo, sheet, SYNCHRONOUS)
+    works(bench, sdo, objects, can_id)
     for value in (0x22, 0x33, 0x44):
         bench.send(Frame(can_id, bytes((value,))))
     sync(bench)
@@ -148,16 +157,19 @@ def test_remote_and_29_bit_frames_are_no_rpdos(bench: Cia301Bench, sdo: Sdo, she
 def test_a_short_rpdo_is_not_applied_and_told(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
     """One byte where two are mapped: EMCY 8210h, and the objects keep their values."""
     objects, can_id = prepared(bench, sdo, sheet, count=2)
+    works(bench, sdo, objects, can_id)
+    before = values(sdo, objects)
     sent = bench.send(Frame(can_id, b"\x22"))
     within = bench.profile.limits.emcy_ns + bench.profile.limits.event_pdo_ns
     expect_emcy(bench, 0x8210, after=sent, within=within, requirement="C-EM-18")
-    expect_values(bench, sdo, objects, b"\x11\x11", "C-EM-18", "a short RPDO")
+    expect_values(bench, sdo, objects, before, "C-EM-18", "a short RPDO")
 
 
 @pytest.mark.requirement("C-EM-23")
 def test_1029h_does_not_react_to_a_short_rpdo(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
     """The device stays operational: an RPDO of right length is applied afterwards."""
     objects, can_id = prepared(bench, sdo, sheet, count=2)
+    works(bench, sdo, objects, can_id)
     bench.send(Frame(can_id, b"\x22"))
     bench.wait(200 * MS)
     bench.send(Frame(can_id, b"\x33\x44"))
@@ -189,7 +201,11 @@ def test_dummy_entries_skip_their_bits(bench: Cia301Bench, sdo: Sdo, sheet: Shee
     found = (one for one in mappable(sheet, RECEIVED) if one.kind.size == 1)
     one = first(found, "of one byte that an RPDO can fill")
     bench.start()
-    can_id = set_up(sdo, index, [u32(0x0005_0008), one], EVENT, requirement="C-RP-06")
+    can_id = set_up(sdo, index, [one], EVENT)
+    go(bench, State.OPERATIONAL)
+    works(bench, sdo, [one], can_id)
+    go(bench, State.PRE_OPERATIONAL)
+    set_up(sdo, index, [u32(0x0005_0008), one], EVENT, requirement="C-RP-06")
     sdo.write(one.index, one.sub, b"\x11")
     go(bench, State.OPERATIONAL)
     bench.send(Frame(can_id, b"\x22\x33"))

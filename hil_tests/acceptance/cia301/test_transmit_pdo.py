@@ -96,11 +96,11 @@ def test_it_is_sent_in_operational_alone(bench: Cia301Bench, sdo: Sdo, sheet: Sh
     """SYNC brings it there, and in no other state."""
     _, _, can_id = prepared(bench, sdo, sheet, SYNCHRONOUS)
     matcher = matchers.cob(can_id, f"TPDO {can_id:03X}h")
-    bench.never(matcher, after=sync(bench), for_ns=50 * MS, requirement="C-NMT-14")
+    bench.never(matcher, after=sync(bench), for_ns=50 * MS)
     go(bench, State.OPERATIONAL)
-    answered(bench, can_id, sync(bench), "C-TP-01")
+    answered(bench, can_id, sync(bench), "C-TP-04")
     go(bench, State.STOPPED)
-    bench.never(matcher, after=sync(bench), for_ns=50 * MS, requirement="C-NMT-16")
+    bench.never(matcher, after=sync(bench), for_ns=50 * MS)
 
 
 @pytest.mark.requirement("C-TP-01", "C-PC-12")
@@ -108,6 +108,7 @@ def test_bit_31_makes_it_invalid(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> 
     """At once, and valid again at once."""
     index, _, can_id = prepared(bench, sdo, sheet, SYNCHRONOUS)
     go(bench, State.OPERATIONAL)
+    answered(bench, can_id, sync(bench), "C-TP-04")
     value = sdo.number(index, 1)
     sdo.write(index, 1, u32(value | INVALID))
     matcher = matchers.cob(can_id, f"TPDO {can_id:03X}h")
