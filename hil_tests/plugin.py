@@ -149,37 +149,33 @@ def bitrate(bench: Bench) -> BitRate:
 @pytest.fixture(scope="session")
 def sdo(bench: Bench) -> Sdo:
     """The SDO client of the bench."""
-    from hil_tests.bench.sdo import Sdo  # noqa: PLC0415 - where a test asks for it
-    from hil_tests.config import Cia301Limits  # noqa: PLC0415
+    from hil_tests.bench import tools  # noqa: PLC0415 - where a test asks for it
 
-    limits = bench.profile.limits
-    return Sdo(bench, limits.sdo_ns) if isinstance(limits, Cia301Limits) else Sdo(bench)
+    return tools.sdo(bench)
 
 
 @pytest.fixture(scope="session")
 def sheet(bench: Bench) -> Sheet:
     """The electronic data sheet of the device."""
-    from hil_tests.eds import read_sheet  # noqa: PLC0415 - where a test asks for it
+    from hil_tests.bench import tools  # noqa: PLC0415 - where a test asks for it
 
-    if bench.profile.eds is None:
-        pytest.skip(f"{bench.profile.path} names no EDS; add eds = FILE to its [device]")
-    return read_sheet(bench.profile.eds)
+    return tools.sheet(bench)
 
 
 @pytest.fixture(scope="session")
 def lss(bench: Bench) -> Lss:
     """The LSS master of the bench."""
-    from hil_tests.bench.lss import Lss  # noqa: PLC0415 - where a test asks for it
+    from hil_tests.bench import tools  # noqa: PLC0415 - where a test asks for it
 
-    return Lss(bench)
+    return tools.lss(bench)
 
 
 @pytest.fixture(scope="session")
 def manager(bench: Bench) -> Master:
     """The NMT master of the bench; `manager.meet()` begins with a device it knows nothing of."""
-    from hil_tests.bench.master import Master  # noqa: PLC0415 - where a test asks for it
+    from hil_tests.bench import tools  # noqa: PLC0415 - where a test asks for it
 
-    return Master(bench)
+    return tools.manager(bench)
 
 
 @pytest.fixture(scope="session")

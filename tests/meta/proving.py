@@ -22,6 +22,7 @@ import hypothesis
 import pytest
 
 from hil_tests.bench.bench import Bench
+from hil_tests.bench.tools import tool
 from hil_tests.judge.verdict import Outcome
 from hil_tests.run import outcome, stash
 from hil_tests.run.opening import open_bench
@@ -173,7 +174,7 @@ def try_case(case: Case, bench: Bench, plan: Plan) -> Result:
     bench.begin()
     error: BaseException | None = None
     try:
-        case.body(**case.parameters, **{name: _facility(bench, name) for name in case.asks})
+        case.body(**case.parameters, **{name: tool(bench, name) for name in case.asks})
     except (Exception, pytest.fail.Exception, pytest.skip.Exception) as raised:  # noqa: BLE001
         error = raised
     found = bench.end()
@@ -186,13 +187,6 @@ def try_case(case: Case, bench: Bench, plan: Plan) -> Result:
     if came_of_it == outcome.FAILED and not findings:  # an assertion of the test's own
         findings = (Finding(case.claims[0], outcome.FAILED, text),)
     return Result(case.test, came_of_it, text[:TEXT], findings)
-
-
-def _facility(bench: Bench, name: str) -> object:
-    """What a fixture of the plugin gives."""
-    if name == "bench":
-        return bench
-    return bench.profile.limits if name == "limits" else getattr(bench, name)
 
 
 def _findings(bench: Bench, claimed: str) -> Iterator[Finding]:
