@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from hil_tests.api import (
+    Abort,
     Cia301Bench,
     DeviceFault,
     Faults,
@@ -23,6 +24,8 @@ QUICK = {"heartbeat_ms": 50}
 ERROR_REGISTER, ERROR_FIELD = 0x1001, 0x1003
 EMCY_ID, INHIBIT = 0x1014, 0x1015
 NO_ERROR = 0x0000
+MOST = 254
+"""Entries that an error field can have at most."""
 
 
 def emcy(bench: Cia301Bench) -> matchers.Matcher:
@@ -44,35 +47,52 @@ def messages_after(bench: Cia301Bench, moment: Moment) -> list[Seen]:
     return bench.collect(emcy(bench), after=moment, until=until)
 
 
-def change(
-    bench: Cia301Bench,
-    faults: Faults,
-    active: frozenset[str],
-    *,
-    end: str = "EM-06",
-) -> Moment:
-    """From now on exactly these errors exist; what is told of that is as it must be.
+def change(bench: Cia301Bench, sdo: Sdo, faults: Faults, active: frozenset[str]) -> Moment:
+    """From now on exactly these errors exist; register and messages are as they must be.
+
+    The register is looked at first: where it is wrong, so is what a message says of it.
 
     Args:
         bench: see there.
+        sdo: see there.
         faults: see there.
         active: names.
-        end: which requirement says what is told when errors go.
     """
     before = faults.active
     expected = emergencies.told(faults.known, before, active)
     moment = faults.exactly(*active)
     found = messages_after(bench, moment)
+    expect_register(bench, sdo, faults, end=bool(before - active))
     wrong = emergencies.unexplained(expected, [one.frame for one in found])
     told = ", ".join(sorted(active)) or "no error"
     text = f"with {told} exactly that is told; {'; '.join(wrong) or 'it was'}"
-    requirement = end if before - active else "EM-01"
+    requirement = "EM-06" if before - active else "EM-01"
     bench.check(not wrong, text, requirement=requirement, since=moment)
     last = Limits(at_most_ns=bench.profile.limits.emcy_ns)
     for one in found:
         measured = bench.when(one).since(moment.when)
         bench.measure(measured, last, "error to emergency message", requirement=requirement)
     return moment
+
+
+def expect_register(
+    bench: Cia301Bench, sdo: Sdo, faults: Faults, *, end: bool = False, requirement: str = ""
+) -> None:
+    """1001h has the bits of the errors that there are.
+
+    Args:
+        bench: see there.
+        sdo: see there.
+        faults: see there.
+        end: an error has gone just now, so what is wrong is wrong with that.
+        requirement: which says so, if it is neither EM-03 nor EM-06.
+    """
+    active = faults.active
+    right, found = emergencies.register_of(faults.known, active), register(sdo)
+    told = ", ".join(sorted(active)) or "no error"
+    text = f"1001h is {right:02X}h with {told}; it is {found:02X}h"
+    rule = requirement or ("EM-06" if end else "EM-03")
+    bench.check(found == right, text, requirement=rule)
 
 
 def register(sdo: Sdo) -> int:
@@ -86,9 +106,28 @@ def count_of(sdo: Sdo) -> int:
 
 
 def field(sdo: Sdo) -> list[int]:
-    """The codes in the error field, newest first."""
-    entries = range(1, count_of(sdo) + 1)
-    return [number(sdo.read(ERROR_FIELD, place)) & 0xFFFF for place in entries]
+    """The codes in the error field, newest first, as far as entries can be read."""
+    codes = list[int]()
+    while len(codes) < MOST:
+        entry = sdo.try_read(ERROR_FIELD, len(codes) + 1)
+        if isinstance(entry, Abort):
+            break
+        codes.append(number(entry) & 0xFFFF)
+    return codes
+
+
+def expect_field(bench: Cia301Bench, sdo: Sdo, right: Sequence[int], after: str = "") -> None:
+    """1003h holds these codes, newest first, and counts them.
+
+    Some devices answer the entries that are empty with 0: they are none.
+    """
+    codes, count = field(sdo), count_of(sdo)
+    while len(codes) > max(count, len(right)) and not codes[-1]:
+        codes.pop()
+    text = f"1003h holds {shown(right)}{after and f' after {after}'}; it holds {shown(codes)}"
+    bench.check(codes == list(right), text, requirement="EM-04")
+    text = f"1003h:00 counts {len(right)} entries; it is {count}"
+    bench.check(count == len(right), text, requirement="EM-05")
 
 
 def shown(codes: Sequence[int]) -> str:

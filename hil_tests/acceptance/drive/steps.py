@@ -11,6 +11,7 @@ from hil_tests.api import (
     DriveProfile,
     Frame,
     NotApplicable,
+    S,
     Sdo,
     Seen,
     cobs,
@@ -152,3 +153,24 @@ def pause_ns(bench: Cia301Bench) -> int:
     """A while that is short, and longer than everything that a PDO is given."""
     limits = bench.profile.limits
     return 2 * max(limits.sync_pdo_ns, limits.event_pdo_ns)
+
+
+def takes_the_last(bench: Cia301Bench, sdo: Sdo) -> bool:
+    """Whether the SYNC after two RPDOs takes the second one."""
+    sync(bench)
+    value = set_point(bench, sdo)
+    bench.send(rpdo(bench, value + 1))
+    bench.send(rpdo(bench, value + 2))
+    sync(bench)
+    bench.wait(bench.profile.limits.sync_pdo_ns)
+    return set_point(bench, sdo) == value + 2
+
+
+def run_proven(bench: Cia301Bench, sdo: Sdo, window_ns: int) -> None:
+    """As `run`, with a look at what a window rests on: that set-points are taken at all."""
+    run(bench, sdo)
+    if not takes_the_last(bench, sdo):
+        open_window(bench, sdo, 1 * S)
+        requirement = "SYN-05" if takes_the_last(bench, sdo) else "SYN-01"
+        bench.fail("without a window a SYNC takes the last RPDO", requirement=requirement)
+    open_window(bench, sdo, window_ns)

@@ -24,10 +24,12 @@ from hil_tests.acceptance.drive.steps import (
     sync,
     tpdo,
 )
-from hil_tests.api import MS, Cia301Bench, Frame, Nmt, Sdo, cobs, matchers, number, u8, u16
+from hil_tests.api import MS, Cia301Bench, Frame, Nmt, S, Sdo, cobs, matchers, number, u8, u16
 
 READ_DEVICE_TYPE = b"\x40\x00\x10\x00\x00\x00\x00\x00"
 FAR, FARTHER = 123_456, 234_567
+WAY = 50_000
+"""Increments that an axis is moved by."""
 
 
 @pytest.mark.requirement("SYN-01")
@@ -211,3 +213,30 @@ def test_a_drive_is_ready_for_sync_as_it_comes(bench: Cia301Bench, sdo: Sdo) -> 
         within = bench.profile.limits.sync_pdo_ns
         bench.expect(tpdo(bench), after=seen, within=within)
     bench.characteristic("SYN-02", f"TPDO1 has the transmission type {kind} by default")
+
+
+@pytest.mark.requirement("SYN-01", "SYN-02")
+def test_the_axis_follows_its_set_point(bench: Cia301Bench, sdo: Sdo) -> None:
+    """Enabled over RPDOs, the axis moves to the set-point that a SYNC gave it; samples show it."""
+    bench.needs_writes("the test moves the axis")
+    drive = axis(bench)
+    run(bench, sdo)
+    start = number(sdo.read(*drive.actual))
+    size, limits = len(sdo.read(*drive.status)), bench.profile.limits
+    for control in (0x06, 0x07, 0x0F):
+        bench.send(rpdo(bench, start, control))
+        seen = sync(bench)
+        bench.wait(10 * MS)
+    bench.send(rpdo(bench, start + WAY, control=0x0F))
+    began_at, position = bench.now(), start
+    while position != start + WAY and bench.now() < began_at + 10 * S:
+        seen = sync(bench)
+        found = bench.expect(
+            tpdo(bench), after=seen, within=limits.sync_pdo_ns, requirement="SYN-02"
+        )
+        position = number(found.frame.data[size:])
+        text = f"the position is between {start} and {start + WAY}; it is {position}"
+        bench.check(start <= position <= start + WAY, text, since=seen)
+        bench.wait(10 * MS)
+    text = f"the axis arrives at {start + WAY}; it is at {position}"
+    bench.check(position == start + WAY, text, since=began_at)

@@ -20,6 +20,7 @@ from hil_tests.acceptance.drive.steps import (
     pause_ns,
     rpdo,
     run,
+    run_proven,
     set_point,
     set_up,
     sync,
@@ -93,7 +94,7 @@ def test_a_set_point_that_misses_the_window_is_ignored(
 ) -> None:
     """Of a window of 60 ms: an RPDO within it counts, one after it does not, then as before."""
     window_ns = 60 * MS
-    run(bench, sdo, window_ns=window_ns)
+    run_proven(bench, sdo, window_ns)
     expect_taken(bench, sdo, phase_ms * MS, window_ns)
     expect_taken(bench, sdo, 10 * MS, window_ns)
 
@@ -102,7 +103,7 @@ def test_a_set_point_that_misses_the_window_is_ignored(
 def test_a_set_point_in_time_outlasts_one_that_is_late(bench: Cia301Bench, sdo: Sdo) -> None:
     """One RPDO within the window and another after it: the SYNC takes the first."""
     window_ns = 60 * MS
-    run(bench, sdo, window_ns=window_ns)
+    run_proven(bench, sdo, window_ns)
     first = sync(bench)
     before = set_point(bench, sdo)
     send_at(bench, rpdo(bench, before + 1), first, 20 * MS)
@@ -121,10 +122,12 @@ def test_the_window_is_as_long_as_it_is_set(
 ) -> None:
     """In the unit of its manual: just within it an RPDO counts, just after it none does."""
     window_ns = window_ms * MS
-    run(bench, sdo, window_ns=window_ns)
+    run_proven(bench, sdo, window_ns)
     written = number(sdo.read(WINDOW))
     steps = window_ns // axis(bench).window_unit_ns
     bench.check(written == steps, f"1007h is {steps}; it reads {written}", requirement="SYN-05")
+    # That there is a window at all is SYN-03; how long it is, SYN-05.
+    expect_taken(bench, sdo, 5 * window_ns, window_ns, "SYN-03")
     beside = margin_ns(bench)
     phase_ns = window_ns + (beside + ON_ITS_WAY_NS if side == "after" else -beside)
     expect_taken(bench, sdo, phase_ns, window_ns)
@@ -134,14 +137,15 @@ def test_the_window_is_as_long_as_it_is_set(
 @pytest.mark.parametrize("phase_ms", [5, 100, 700])
 def test_without_a_window_nothing_is_late(bench: Cia301Bench, sdo: Sdo, phase_ms: int) -> None:
     """1007h = 0: an RPDO counts whenever it comes."""
-    run(bench, sdo, window_ns=0)
+    run_proven(bench, sdo, 0)
     expect_taken(bench, sdo, phase_ms * MS, 0)
 
 
 @pytest.mark.requirement("SYN-05")
 def test_a_window_can_be_changed_in_operational(bench: Cia301Bench, sdo: Sdo) -> None:
     """A new window counts from the next SYNC on; 0 ends it."""
-    run(bench, sdo, window_ns=60 * MS)
+    run_proven(bench, sdo, 60 * MS)
+    expect_taken(bench, sdo, 200 * MS, 60 * MS, "SYN-03")
     for window_ns, phase_ns in ((60, 100), (200, 100), (30, 100), (0, 100)):
         open_window(bench, sdo, window_ns * MS)
         expect_taken(bench, sdo, phase_ns * MS, window_ns * MS)
@@ -232,11 +236,14 @@ def with_events(bench: Cia301Bench, sdo: Sdo, window_ns: int) -> None:
 def test_events_do_not_mind_the_window(bench: Cia301Bench, sdo: Sdo) -> None:
     """After the window an event-driven RPDO takes effect at once, and its TPDO comes."""
     with_events(bench, sdo, 10 * MS)
-    first = sync(bench)
     before = set_point(bench, sdo)
+    sent = bench.send(rpdo(bench, before, control=0x06, which=2))
+    within = bench.profile.limits.event_pdo_ns
+    bench.expect(tpdo(bench, 2), after=sent, within=within, requirement="SYN-06")
+    first = sync(bench)
     bench.wait_until(first.at + 100 * MS)
-    sent = bench.send(rpdo(bench, before + 7, control=0x06, which=2))
-    bench.expect(tpdo(bench, 2), after=sent, within=bench.profile.limits.event_pdo_ns)
+    sent = bench.send(rpdo(bench, before + 7, control=0x00, which=2))
+    bench.expect(tpdo(bench, 2), after=sent, within=within)
     found = set_point(bench, sdo)
     text = f"set-point {before + 7} at once; it is {found}"
     bench.check(found == before + 7, text, since=sent)
@@ -260,7 +267,7 @@ def test_set_points_at_any_phase(
 ) -> None:
     """Whenever SYNCs and RPDOs come, each SYNC takes the last one that was in time."""
     bench.begin_example()
-    run(bench, sdo, window_ns=window_ms * MS)
+    run_proven(bench, sdo, window_ms * MS)
     rule = window.Window(window_ms * MS, margin_ns(bench))
     seen, start = sync(bench), set_point(bench, sdo)
     syncs, rpdos, found = [around(seen)], list[window.Received](), [start]
@@ -281,7 +288,8 @@ def test_set_points_at_any_phase(
     ):
         told = " or ".join(map(str, sorted(may)))
         text = f"set-point {told} after SYNC {turn}; it is {has}"
-        bench.check(has in may, text, since=syncs[turn])
+        requirement = "SYN-03" if window_ms else "SYN-05"
+        bench.check(has in may, text, requirement=requirement, since=syncs[turn])
     bench.check_monitors()
 
 
@@ -289,7 +297,7 @@ def test_set_points_at_any_phase(
 def test_a_new_start_knows_no_window_yet(bench: Cia301Bench, sdo: Sdo) -> None:
     """What came before pre-operational leaves nothing behind: the first cycle is a whole one."""
     window_ns = 30 * MS
-    run(bench, sdo, window_ns=window_ns)
+    run_proven(bench, sdo, window_ns)
     sync(bench)
     bench.enter(Nmt.PRE_OPERATIONAL)
     sdo.write(*axis(bench).control, u16(0))
