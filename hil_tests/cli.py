@@ -158,6 +158,29 @@ def _replay(words: Sequence[str]) -> int:
     return command.run(Parser("nodeproof replay"), words)
 
 
+def _compare(words: Sequence[str]) -> int:
+    from hil_tests.reporting import commands  # noqa: PLC0415
+
+    return commands.compare(Parser("nodeproof compare"), words)
+
+
+def _history(words: Sequence[str]) -> int:
+    from hil_tests.reporting import commands  # noqa: PLC0415
+
+    return commands.history(Parser("nodeproof history"), words)
+
+
+def _show(words: Sequence[str]) -> int:
+    from hil_tests.run import showing  # noqa: PLC0415
+
+    text = "Open the report of a run in a browser; where there is none, print where it lies."
+    parser = Parser("nodeproof show", description=text)
+    parser.add_argument("run", metavar="RUN", nargs="?", default="latest", type=Path,
+                        help="folder of the run (default: the latest)")  # fmt: skip
+    print(showing.show(parser.parse_args(words).run))
+    return 0
+
+
 def _mutants(words: Sequence[str]) -> int:
     from hil_tests.run.catalogue import mutant_table  # noqa: PLC0415
 
@@ -173,7 +196,9 @@ def _report(words: Sequence[str]) -> int:
     text = "Make report.html of a run again, also of one that was killed."
     parser = Parser("nodeproof report", description=text)
     parser.add_argument("run", metavar="RUN", help="folder of the run, e.g. reports/latest")
-    print(papers.make_again(Path(parser.parse_args(words).run)))
+    parser.add_argument("--pdf", action="store_true", help="certificate.pdf as well (extra: pdf)")
+    options = parser.parse_args(words)
+    print(papers.make_again(Path(options.run), pdf=options.pdf))
     return 0
 
 
@@ -251,6 +276,9 @@ COMMANDS: Mapping[str, tuple[str, Callable[[Sequence[str]], int]]] = {
     "vcan": ("run a command where SocketCAN exists: here, or in a virtual machine", _vcan),
     "doctor": ("say what this machine, and the bench of a bench file, can do", _doctor),
     "check": ("hold a run's folder against its schema, its sums and its recordings", _check),
+    "compare": ("show where runs differ, in verdicts and in margins", _compare),
+    "history": ("show the runs of a device, and how its margins went", _history),
+    "show": ("open the report of a run in a browser", _show),
     "mutants": ("list the faulty models that can be put under test", _mutants),
     "eds": ("say what is wrong with EDS and DCF files, line by line", _eds),
     "explore": ("play made-up scenarios on the model, on every core, for a time", _explore),

@@ -272,7 +272,8 @@ def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
     if ledger is not None and not hasattr(config, "workeroutput"):
         from hil_tests.run import papers  # noqa: PLC0415
 
-        ledger.papers.append(papers.write(ledger.folder.path))
+        pdf = bool(stash.settings_of(config)["can_report_pdf"])
+        ledger.papers.append(papers.write(ledger.folder.path, pdf=pdf))
 
 
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:

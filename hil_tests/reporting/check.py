@@ -16,6 +16,9 @@ from hil_tests.reporting.schema import breaches, results_schema
 from hil_tests.reporting.tally import Tally, Totals
 from hil_tests.trace import Sighting
 
+REPORTS = Path("reports")
+"""Where runs are written unless somebody says otherwise."""
+
 
 def check_run(folder: Path) -> list[str]:
     """What is wrong with a run, one sentence each; nothing = all is well.
@@ -37,15 +40,18 @@ def check_run(folder: Path) -> list[str]:
 
 
 def results_path(run: Path) -> Path:
-    """The results file of a run that is named by its folder, or by the file itself.
+    """The results file of a run: named by its folder, by the file itself, or in reports/.
 
     Raises:
         RecordUnreadable: there is none.
     """
-    path = run / RESULTS if run.is_dir() else run
-    if not path.is_file():
-        raise RecordUnreadable(f"{run}: no run; name a folder that has {RESULTS}, such as latest")
-    return path
+    for place in (run, REPORTS / run):
+        path = place / RESULTS if place.is_dir() else place
+        if path.is_file():
+            return path
+    raise RecordUnreadable(
+        f"{run}: no run; name a folder that has {RESULTS}, such as {REPORTS / 'latest'}"
+    )
 
 
 def _wrong_sums(document: Mapping[str, Any]) -> Iterator[str]:

@@ -10,6 +10,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hil_tests.errors import ConfigError
 from hil_tests.run.checkout import git_state
 
 if TYPE_CHECKING:
@@ -61,7 +62,8 @@ def header(
 
 def _device(plan: Plan) -> dict[str, Any]:
     """Who is under test, as far as it is known or was said."""
-    profile, eds = plan.profile, plan.settings["can_eds"]
+    profile, sheet = plan.profile, getattr(plan.profile, "eds", None)
+    identity = identity_of(sheet) if sheet else {}
     return {
         "kind": plan.device,
         "why": plan.why,
@@ -71,11 +73,34 @@ def _device(plan: Plan) -> dict[str, Any]:
             "path": profile.path,
             "sha256": sha256_of(profile.path),
         },
-        "eds": _file(eds, Path(eds).name) if eds else None,
+        "eds": _file(sheet, str(identity.get("product_name") or "")) if sheet else None,
         "node_id": plan.home.node_id if plan.home else None,
         "serial": plan.settings["can_serial"],
-        "identity": {},
+        "firmware": plan.settings["can_firmware"],
+        "identity": identity,
         "mutant": plan.mutant,
+    }
+
+
+def identity_of(sheet: str) -> dict[str, Any]:
+    """What an electronic data sheet says of the device as a whole; {} = it cannot be read.
+
+    Args:
+        sheet: path of the EDS file.
+    """
+    from hil_tests.eds import read_sheet  # noqa: PLC0415 - where a device has one
+
+    try:
+        device = read_sheet(sheet).device
+    except (OSError, ConfigError):
+        return {}
+    return {
+        "from": "EDS",
+        "vendor_name": device.vendor_name,
+        "product_name": device.product_name,
+        "vendor": device.vendor,
+        "product": device.product,
+        "revision": device.revision,
     }
 
 

@@ -89,6 +89,7 @@ OPTIONS = (
         "serial number of the device, as it stands on its label: its runs are kept together by it",
         "TEXT",
     ),
+    Option("can-firmware", "firmware version of the device, for the history of its runs", "TEXT"),
     Option("can-eds", "EDS file of the device; a generic one needs it, no keypad has one", "FILE"),
     Option(
         "can-bench",
@@ -147,7 +148,7 @@ OPTIONS = (
     ),
     Option(
         "can-report-pdf",
-        "certificate as PDF (not in this version: the run writes results.json and traces)",
+        "write certificate.pdf, too: verdict and requirements, for a signature (extra: pdf)",
         kind="switch",
     ),
     Option(

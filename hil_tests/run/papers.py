@@ -10,24 +10,32 @@ from pathlib import Path
 from hil_tests.errors import BenchError, ConfigError
 
 
-def write(folder: Path) -> str:
+def write(folder: Path, *, pdf: bool) -> str:
     """Write the papers of a run that has ended; where they are, or why there are none.
 
     A paper is made from the results and recordings, which are there already: that it could
     not be made is said, and changes no verdict.
+
+    Args:
+        folder: of the run.
+        pdf: whether there is to be a certificate.
     """
     try:
-        return f"report: {_report(folder)}"
+        return f"report: {_report(folder, pdf=pdf)}"
     except Exception as error:  # noqa: BLE001 - the end of a run reports, it never raises
         why = f"{type(error).__name__}: {error}"
         return f"NO REPORT ({why}); once that is mended: nodeproof report {folder}"
 
 
-def make_again(folder: Path) -> Path:
+def make_again(folder: Path, *, pdf: bool = False) -> Path:
     """Write `report.html` and `junit.xml` of a run, also of one that was killed.
 
+    Args:
+        folder: of the run.
+        pdf: whether there is to be a certificate.
+
     Raises:
-        ConfigError: it is no folder of a run, or cannot be written to.
+        ConfigError: it is no folder of a run, or cannot be written to, or no PDF can be made.
     """
     if not (folder / "results.json").is_file():
         raise ConfigError(
@@ -35,15 +43,15 @@ def make_again(folder: Path) -> Path:
             "name one, e.g. reports/latest"
         )
     try:
-        return _report(folder)
+        return _report(folder, pdf=pdf)
     except (BenchError, OSError) as error:
         raise ConfigError(str(error)) from error
 
 
-def _report(folder: Path) -> Path:
+def _report(folder: Path, *, pdf: bool) -> Path:
     from hil_tests.reporting.html import write_report  # noqa: PLC0415 - jinja2, when needed
     from hil_tests.reporting.junit import write_junit  # noqa: PLC0415 - with it
     from hil_tests.run.catalogue import mutants_by_requirement  # noqa: PLC0415
 
     write_junit(folder)
-    return write_report(folder, mutants_by_requirement())
+    return write_report(folder, mutants_by_requirement(), pdf=pdf)

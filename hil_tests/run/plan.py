@@ -208,7 +208,9 @@ def _check(
     """Whatever does not go together, all at once."""
     wrong = _eds_problems(settings, profile)
     if settings["can_report_pdf"]:
-        wrong.append("--can-report-pdf: this version writes results.json and traces, no PDF yet")
+        from hil_tests.reporting.html import why_not  # noqa: PLC0415 - jinja2, when needed
+
+        wrong += [f"--can-report-pdf: {problem}" for problem in (why_not(),) if problem]
     if device == MODEL and interface == "virtual":
         wrong.append(
             "--can-interface virtual ends at its own process, where no model is hosted; use"

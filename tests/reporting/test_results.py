@@ -41,6 +41,7 @@ HEADER = {
         "eds": None,
         "node_id": 5,
         "serial": "A-1",
+        "firmware": "1.2",
         "identity": {},
         "mutant": None,
     },

@@ -59,7 +59,6 @@ def assert_readable(run: Judged) -> None:
             ["--can-eds x.eds: no such file"],
         ),
         (["--can-profile=generic"], ["say which with --can-eds FILE"]),
-        (["--can-report-pdf"], ["--can-report-pdf"]),
         (
             ["--can-node-id=100", "--can-budget=x", "--can-mutant=y"],
             ["node id 100", "--can-budget 'x' is no time", "--can-mutant y"],

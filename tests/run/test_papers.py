@@ -48,11 +48,11 @@ def test_unreadable_results_are_refused(tmp_path: Path) -> None:
     """A results file of another schema is named."""
     (tmp_path / "results.json").write_text('{"schema": "other/9"}', "utf-8")
     with pytest.raises(ConfigError, match="schema 'other/9'"):
-        papers.make_again(tmp_path)
+        papers.make_again(tmp_path, pdf=False)
 
 
 def test_a_report_that_fails_is_said(tmp_path: Path) -> None:
     """At the end of a run nothing is raised: the line says why, and how to make it later."""
-    said = papers.write(tmp_path / "nowhere")
+    said = papers.write(tmp_path / "nowhere", pdf=False)
     assert said.startswith("NO REPORT (RecordUnreadable: ")
     assert f"nodeproof report {tmp_path / 'nowhere'}" in said

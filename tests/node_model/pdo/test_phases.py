@@ -182,4 +182,5 @@ def test_without_a_window_nothing_is_taken_back() -> None:
     """However long it waits."""
     axis = Axis(tpdo=1)
     axis.tick(0)
+    axis.tick(1000 * MS)
     assert not axis.pdos.withdraws(Frame(0x185, bytes(6)), 0, 1000 * MS)

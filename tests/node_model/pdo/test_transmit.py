@@ -154,6 +154,18 @@ def test_the_inhibit_time_holds_over_a_change_of_state() -> None:
     assert passing(axis.pdos, 100 * MS) == [(2 * MS, "185#000000000000")]
 
 
+def test_an_initialisation_forgets_the_inhibit_time() -> None:
+    """Nothing was ever sent."""
+    axis = Axis()
+    set_while_off(axis, 3, 20)
+    write(axis.od, 0x1800, 1, 0x185, 10 * MS)
+    passing(axis.pdos, 10 * MS)
+    axis.pdos.stop()
+    axis.pdos.start(10 * MS)
+    assert axis.pdos.state is NmtState.PRE_OPERATIONAL
+    assert only([(0, text) for text in axis.enter(NmtState.OPERATIONAL, 11 * MS)]) != []
+
+
 def test_the_event_timer_repeats_a_pdo() -> None:
     """In ms; each transmission restarts it."""
     axis = Axis()
