@@ -50,7 +50,7 @@ def show_lss(data: bytes, name: str) -> str:
         name: "LSS request" or "LSS answer".
     """
     if not data:
-        return f"{name} without data"
+        return f"{name} without data (0 bytes instead of 8)"
     service = _SERVICES.get(data[0], f"unknown service {data[0]:02X}h")
     detail = _asked(data) if name.endswith("request") else _answered(data)
     if detail is None:

@@ -96,10 +96,15 @@ def pytest_runtestloop(session: pytest.Session) -> None:
     from hil_tests.run import opening, terminal  # noqa: PLC0415
 
     run = opening.start_run(config)
+    lines = terminal.bench_lines(run)
     reporter = config.pluginmanager.get_plugin("terminalreporter")
     if reporter is not None:
-        for line in terminal.bench_lines(run):
+        for line in lines:
             reporter.write_line(line)
+    if hasattr(config, "workerinput"):
+        from hil_tests.run import spread  # noqa: PLC0415 - xdist only
+
+        spread.introduce(run, [*terminal.plan_lines(run.plan), *lines])
 
 
 # Fixtures: session-scoped, because Hypothesis refuses function-scoped ones.

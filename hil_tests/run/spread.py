@@ -7,11 +7,11 @@ one tester at a time, so there the tests are not spread.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -20,6 +20,9 @@ from hil_tests.reporting.rows import TestResult
 from hil_tests.reporting.rundir import RunDirectory
 from hil_tests.run import outcome, stash
 from hil_tests.run.ledger import Account, Ledger
+
+if TYPE_CHECKING:
+    from hil_tests.run.session import Run
 
 KEY = "nodeproof"
 """Of what is ours in what xdist carries to a worker and back."""
@@ -51,6 +54,8 @@ class Courier(Ledger):
         super().__init__(folder, started)
         self._head: Mapping[str, Any] | None = None
         self._rows: list[tuple[Mapping[str, Any], str]] = []
+        self.lines: list[str] = []
+        """What people are told at the head of the run."""
 
     def open(self, head: Mapping[str, Any]) -> None:
         """Facts of the run travel with the first row."""
@@ -63,7 +68,7 @@ class Courier(Ledger):
 
     def parcel(self) -> dict[str, Any]:
         """What the next report carries: plain data."""
-        parcel = {"head": self._head, "rows": self._rows}
+        parcel = {"head": self._head, "lines": self.lines, "rows": self._rows}
         self._head, self._rows = None, []
         return parcel
 
@@ -165,16 +170,22 @@ def receive(config: pytest.Config, report: pytest.TestReport) -> None:
         return
     if parcel is not None:
         if gathering.take(parcel):
-            _say(config, gathering)
+            _say(config, parcel["lines"])
     elif str(report.when) == "???":  # so xdist marks the report of a worker that crashed
         gathering.crashed(report.nodeid, str(report.longrepr))
 
 
-def _say(config: pytest.Config, gathering: Gathering) -> None:
-    """Where the run is written, as soon as there is one."""
-    reporter = config.pluginmanager.get_plugin("terminalreporter")
-    if reporter is not None:
-        reporter.write_line(f"written to: {gathering.ledger.folder.path}")
+def _say(config: pytest.Config, lines: Iterable[str]) -> None:
+    """The head of the run, as the first worker tells it."""
+    reporter: Any = config.pluginmanager.get_plugin("terminalreporter")
+    for line in lines if reporter else ():
+        reporter.write_line(line)
+
+
+def introduce(run: Run, lines: list[str]) -> None:
+    """A worker begins: what people should know of the run."""
+    if isinstance(run.ledger, Courier):
+        run.ledger.lines = lines
 
 
 def report_back(output: dict[str, Any], ledger: Ledger) -> None:

@@ -162,7 +162,7 @@ TRANSFERS = {
     "7E5#5178563412080203": "LSS request: fastscan 12345678h, bit 8, part 2, next part 3",
     "7E5#5178563412": "LSS request: fastscan (78 56 34 12) (5 bytes instead of 8)",
     "7E5#99": "LSS request: unknown service 99h (1 byte instead of 8)",
-    "7E5#": "LSS request without data",
+    "7E5#": "LSS request without data (0 bytes instead of 8)",
 }
 
 

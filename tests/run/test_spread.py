@@ -55,6 +55,8 @@ def test_one_folder_holds_what_all_workers_found(tmp_path: Path) -> None:
     assert run.results["summary"]["frames"] >= run.results["totals"]["frames"] > 0
     assert "no such thing here" in run.section("not run")
     assert "6 passed, 1 failed, 1 not run" in run.section("nodeproof")
+    assert run.text.count("seed: 0   bench: virtual") == 1
+    assert run.text.count(f"written to: {run.folder.resolve()}") == 1
 
 
 def test_a_run_without_tests_of_ours_leaves_no_folder(tmp_path: Path) -> None:
