@@ -7,11 +7,13 @@ Instants are ns from the origin of the recording.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from hil_tests.reporting.html.narrative import Decode, told
+from hil_tests.reporting.html.facts import table_of
+from hil_tests.reporting.html.narrative import Decode
 from hil_tests.reporting.html.recording import Recording
+from hil_tests.reporting.html.stimuli import names_in, told
 from hil_tests.trace import Moment
 from node_model.frame import Frame
 
@@ -101,6 +103,7 @@ def spans_of(
         (name, _spans(moments, what, reader, origin_at, end_at))
         for what, (name, reader) in _HELD.items()
     ]
+    lanes += _lights(moments, origin_at)
     lanes += [
         (f"node {node}", spans)
         for node, spans in _states(recording, used, origin_at, end_at).items()
@@ -109,9 +112,11 @@ def spans_of(
 
 
 def _held(moment: Moment) -> tuple[str, str]:
-    held = moment.detail.get("held")
-    names = ", ".join(map(str, held)) if isinstance(held, list | tuple) else ""
-    return names, "held"
+    return names_in(moment.detail, "held"), "held"
+
+
+def _faults(moment: Moment) -> tuple[str, str]:
+    return names_in(moment.detail, "active"), "stopped"
 
 
 def _power(moment: Moment) -> tuple[str, str]:
@@ -137,6 +142,7 @@ def _rate(moment: Moment) -> tuple[str, str]:
 _HELD: Mapping[str, tuple[str, Callable[[Moment], tuple[str, str]]]] = {
     "power": ("supply", _power),
     "keys": ("keys", _held),
+    "faults": ("errors", _faults),
     "leds": ("LEDs", _leds),
     "bitrate": ("bit rate", _rate),
 }
@@ -145,7 +151,7 @@ _HELD: Mapping[str, tuple[str, Callable[[Moment], tuple[str, str]]]] = {
 def other_moments(recording: Recording, origin_at: int) -> Iterator[tuple[int, str]]:
     """Stimuli that have no lane of their own."""
     for moment in recording.moments():
-        if moment.what not in _HELD:
+        if moment.what not in _HELD and moment.what != "lights":
             yield moment.began_at - origin_at, told(moment)
 
 
@@ -164,6 +170,32 @@ def _spans(
         if label:
             found.append((moment.began_at - origin_at, until - origin_at, label, class_))
     return found
+
+
+def _lights(moments: Sequence[Moment], origin_at: int) -> list[tuple[str, list[Span]]]:
+    """When each LED was lit, as far as it was watched."""
+    found: dict[str, list[Span]] = {}
+    for moment in moments:
+        if moment.what == "lights":
+            for led, start, stop in _lit(moment):
+                span = (start - origin_at, stop - origin_at, "lit", "lit")
+                found.setdefault(led, []).append(span)
+    return [(f"LED {led}", spans[:_MOST_SPANS]) for led, spans in found.items()]
+
+
+def _lit(moment: Moment) -> Iterator[tuple[str, int, int]]:
+    """LED, and from when to when it was lit, within the stretch that was watched."""
+    since = {led: moment.began_at for led, lit in table_of(moment.detail, "start").items() if lit}
+    edges = moment.detail.get("edges")
+    for edge in edges if isinstance(edges, list) else ():
+        if not isinstance(edge, list) or len(edge) != 4 or not isinstance(edge[1], int):
+            continue
+        _, at, led, lit = edge
+        if lit:
+            since.setdefault(str(led), at)
+        elif str(led) in since:
+            yield str(led), since.pop(str(led)), at
+    yield from ((led, start, moment.ended_at) for led, start in since.items())
 
 
 def _states(

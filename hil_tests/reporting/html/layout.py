@@ -16,7 +16,7 @@ import jinja2
 
 from hil_tests.clock import Interval, show_interval, show_span
 from hil_tests.reporting.html import narrative, plots, timing, view
-from hil_tests.reporting.html.coverage import show_margin
+from hil_tests.reporting.html.coverage import UNTESTED, show_margin
 from hil_tests.reporting.html.facts import fact, table_of, words
 from hil_tests.reporting.html.subject import Subject
 from hil_tests.reporting.html.view import TestView, verdict_of
@@ -54,7 +54,8 @@ def _values(subject: Subject) -> dict[str, Any]:
         "run": results.run,
         "results": results,
         "tests": tests,
-        "covered": subject.covered,
+        "tested": [each for each in subject.covered if each.outcome != UNTESTED],
+        "untested": [each for each in subject.covered if each.outcome == UNTESTED],
         "files": subject.files,
         "verdict": verdict_of(results, tests),
         "first": next((test for test in tests if test.result.outcome == "failed"), None)

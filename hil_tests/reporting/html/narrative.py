@@ -11,12 +11,17 @@ from hil_tests.clock import show_span
 from hil_tests.reporting import journal
 from hil_tests.reporting.html.checks import Check
 from hil_tests.reporting.html.recording import Note, Recording
+from hil_tests.reporting.html.stimuli import told
 from hil_tests.trace import Moment
 from node_model.frame import Frame
 
 Decode = Callable[[Frame], str]
 
-STIMULUS, SENT, SEEN, EVENT, CHECK = "stimulus", "sent", "seen", "event", "check"
+STIMULUS, NOTE = "stimulus", "note"
+SENT, SEEN, EVENT, CHECK = "sent", "seen", "event", "check"
+_ACTS = frozenset(("power", "keys", "faults"))
+"""What reaches the device by another way than the bus."""
+_LAST = "end"
 BEFORE, AFTER = 22, 4
 """Entries of a window before and after the instant that it is about."""
 
@@ -26,8 +31,8 @@ class Line:
     """One thing that happened.
 
     Args:
-        what: "stimulus", "sent" (by the tester), "seen" (of another station), "event" or
-            "check".
+        what: "stimulus", "note" (of the bench), "sent" (by the tester), "seen" (of another
+            station), "event" or "check".
         at: instant, ns; None = not known.
         raw: the frame as it is written, or the kind of a stimulus or event.
         text: in words.
@@ -45,30 +50,6 @@ class Line:
     until: int | None = None
 
 
-def told(moment: Moment) -> str:
-    """A stimulus in words."""
-    detail = moment.detail
-    if moment.what == "power":
-        if not detail.get("on"):
-            return "supply off"
-        held = _names(detail.get("held"))
-        return f"supply on, {detail.get('mode')} start" + (f", keys held: {held}" if held else "")
-    if moment.what == "keys":
-        held = _names(detail.get("held"))
-        return f"keys held: {held}" if held else "keys released"
-    if moment.what == "leds":
-        leds = detail.get("leds")
-        if isinstance(leds, dict):
-            return "LEDs read: " + ", ".join(f"{name} {light}" for name, light in leds.items())
-    if moment.what == "bitrate":
-        return f"the tester's bit rate is {detail.get('bit_rate')} bit/s"
-    return journal.describe(moment)
-
-
-def _names(held: object) -> str:
-    return ", ".join(map(str, held)) if isinstance(held, list | tuple) else ""
-
-
 def frame_line(recording: Recording, index: int, decode: Decode) -> Line:
     """A frame as a line."""
     frame, at, _, own = recording.sighting(index)
@@ -78,7 +59,8 @@ def frame_line(recording: Recording, index: int, decode: Decode) -> Line:
 def note_line(note: Note) -> Line:
     """A stimulus or a bus event as a line."""
     if isinstance(note, Moment):
-        return Line(STIMULUS, note.began_at, note.what, told(note), until=note.ended_at)
+        what = STIMULUS if note.what in _ACTS else NOTE
+        return Line(what, note.began_at, note.what, told(note), until=note.ended_at)
     return Line(EVENT, note.at, note.kind.value, journal.describe(note))
 
 
@@ -98,11 +80,21 @@ def steps(
     lines = [frame_line(recording, index, decode) for index in _first_own(recording, 4 * most)]
     lines += [note_line(note) for _, note in recording.notes]
     lines += [check_line(check) for check in checks]
-    lines.sort(key=lambda line: (line.at is None, line.at or 0, line.what == CHECK))
+    lines.sort(key=_order)
     if len(lines) <= most:
         return lines, 0
     kept = _telling(lines, most)
     return [lines[place] for place in kept], len(lines) - len(kept)
+
+
+def _order(line: Line) -> tuple[bool, int, int]:
+    """By instant; a check follows what it was made of, and the end of a test all else."""
+    return line.at is None, line.at or 0, 2 if line.raw == _LAST else line.what == CHECK
+
+
+def with_finding(lines: Sequence[Line], finding: Line | None) -> list[Line]:
+    """Lines with a check among them, in its place."""
+    return list(lines) if finding is None else sorted([*lines, finding], key=_order)
 
 
 def _first_own(recording: Recording, most: int) -> list[int]:

@@ -7,7 +7,17 @@ from collections.abc import Sequence
 from markupsafe import Markup
 
 from hil_tests.reporting.html import svg
-from hil_tests.reporting.html.narrative import CHECK, EVENT, SEEN, SENT, STIMULUS, Line, show_at
+from hil_tests.reporting.html.narrative import (
+    CHECK,
+    EVENT,
+    NOTE,
+    SEEN,
+    SENT,
+    STIMULUS,
+    Line,
+    show_at,
+    with_finding,
+)
 
 _WIDTH, _ROW, _TOP = 900, 26, 46
 _BENCH, _TESTER, _DEVICE = 190, 420, 790
@@ -27,7 +37,7 @@ def chart(lines: Sequence[Line], origin_at: int, finding: Line | None) -> Markup
         origin_at: the instant that is shown as 0.
         finding: the check that is argued about, drawn across at its instant.
     """
-    rows = _with_finding(lines, finding)
+    rows = with_finding(lines, finding)
     height = _TOP + _ROW * len(rows) + 16
     parts = [_lane(x, name, height) for x, name in _LANES]
     before: int | None = None
@@ -36,14 +46,6 @@ def chart(lines: Sequence[Line], origin_at: int, finding: Line | None) -> Markup
         parts += _row(line, y, origin_at, before)
         before = line.at if line.at is not None else before
     return svg.drawing(_WIDTH, height, "Message sequence chart", parts, "chart")
-
-
-def _with_finding(lines: Sequence[Line], finding: Line | None) -> list[Line]:
-    if finding is None:
-        return list(lines)
-    at = finding.at
-    place = len(lines) if at is None else sum((line.at or 0) <= at for line in lines)
-    return [*lines[:place], finding, *lines[place:]]
 
 
 def _lane(x: int, name: str, height: int) -> Markup:
@@ -93,6 +95,13 @@ def _stimulus(line: Line, y: int) -> list[Markup]:
     ]
 
 
+def _note(line: Line, y: int) -> list[Markup]:
+    return [
+        svg.element("circle", cx=_BENCH, cy=y, r=3, class_="tip note"),
+        svg.label(_BENCH + 12, y + 4, _cut(line.text, 110), "message note"),
+    ]
+
+
 def _event(line: Line, y: int) -> list[Markup]:
     return [
         svg.rect(_TESTER, y - 11, _DEVICE - _TESTER, 18, "event"),
@@ -122,6 +131,7 @@ _DRAWN = {
     SENT: _message,
     SEEN: _message,
     STIMULUS: _stimulus,
+    NOTE: _note,
     EVENT: _event,
     CHECK: _check,
 }

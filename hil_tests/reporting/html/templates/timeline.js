@@ -319,8 +319,8 @@
       this.drawStates();
       this.drawFrames();
       this.drawEvents(height);
-      this.drawArrows();
       this.drawChecks();
+      this.drawArrows();
       this.drawChosen(height);
       pen.restore();
       this.scale.textContent = `${seconds(this.from, 3)} s … ${seconds(this.to, 3)} s, ${span(this.to - this.from)} wide`;
@@ -491,17 +491,17 @@
       pen.fill();
       pen.globalAlpha = 1;
       pen.lineWidth = 1;
-      if (chosen) this.label(`${interval(check.measured)}${check.limits ? `, allowed ${limits(check.limits)}` : ''}: ${check.outcome}`, (x + far) / 2, (y + to) / 2, check.outcome);
+      if (chosen) this.label(`${interval(check.measured)}${check.limits ? `, allowed ${limits(check.limits)}` : ''}: ${check.outcome}`, this.x(check.at), check.outcome);
     }
-    label(text, x, y, outcome) {
+    // What was measured, beside its check.
+    label(text, x, outcome) {
       const { pen } = this;
       pen.font = '600 12px system-ui, sans-serif';
-      const width = pen.measureText(text).width + 14;
-      const left = Math.min(Math.max(x - width / 2, this.names + 4), this.width - width - 4);
-      this.fill('card', left, y - 11, width, 22);
-      pen.strokeStyle = this.colour(outcome in { passed: 1, failed: 1, inconclusive: 1, observation: 1 } ? outcome : 'idle');
-      pen.strokeRect(left + 0.5, y - 10.5, width - 1, 21);
-      this.write(text, left + 7, y + 0.5);
+      const width = pen.measureText(text).width;
+      const left = x - width - 14 > this.names + 4 ? x - width - 14 : x + 14;
+      const y = this.top(this.lanes.findIndex((each) => each.kind === 'checks')) + ROW / 2;
+      this.fill('sunk', left - 4, y - ROW / 2, width + 8, ROW);
+      this.write(text, left, y, BAD.has(outcome) ? outcome : 'ink');
       pen.font = '12px system-ui, sans-serif';
     }
     drawChecks() {
