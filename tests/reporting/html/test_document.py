@@ -6,6 +6,7 @@ import base64
 import hashlib
 import json
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from urllib.parse import unquote
@@ -15,6 +16,8 @@ import pytest
 from hil_tests.reporting.files import RecordUnreadable
 from hil_tests.reporting.html import write_report
 from tests.reporting.html.making import HEAD, HOSTILE, Page, failed, make_run, passed, result
+
+SAMPLE = Path(__file__).parents[3] / "reports" / "sample"
 
 
 def page_of(folder: Path, aimed: dict[str, list[str]] | None = None) -> Page:
@@ -161,6 +164,16 @@ def test_without_results_there_is_no_report(tmp_path: Path) -> None:
     """A folder without a readable results.json is refused by name."""
     with pytest.raises(RecordUnreadable, match=r"results\.json"):
         write_report(tmp_path, {})
+
+
+def test_the_sample_is_what_this_version_makes_of_it(tmp_path: Path) -> None:
+    """The report that lies in reports/sample is made from the files beside it."""
+    copy = tmp_path / "sample"
+    shutil.copytree(SAMPLE, copy)
+    page = page_of(copy)
+    assert page.text.count("EMCY 50xxh of node 1 after 701#00") >= 2
+    kept = Page((SAMPLE / "report.html").read_text("utf-8"))
+    assert [tag for tag, _ in page.elements] == [tag for tag, _ in kept.elements]
 
 
 def test_hostile_texts_are_only_text(tmp_path: Path) -> None:
