@@ -94,6 +94,11 @@ class Watch:
         self._fades_until = -1
         """Its supply was cut, and its capacitors may keep it alive until then."""
 
+    @property
+    def owes_boot_up(self) -> bool:
+        """The device was switched on or reset, and has not announced itself since."""
+        return self._boot.owed
+
     def _is_device(self, frame: Frame) -> bool:
         if self.expected.exclusive:
             return frame.can_id not in self.expected.neighbours

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from argparse import ArgumentParser, Namespace
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NoReturn
@@ -55,7 +55,11 @@ def run(parser: ArgumentParser, words: Sequence[str]) -> int:
     if ours and len(ours) < len(paths):
         other = next(path for path in paths if path not in ours)
         raise ConfigError(f"{other} is no trace of ours, and {ours[0]} is; replay them one by one")
-    return _test(options) if ours else _judge(options)
+    if ours:
+        return _test(options)
+    from hil_tests.run import onlooking  # noqa: PLC0415 - the command starts at once
+
+    return onlooking.judge(options, ["nodeproof", "replay", *words])
 
 
 def _add_options(parser: ArgumentParser) -> None:
@@ -68,9 +72,48 @@ def _add_options(parser: ArgumentParser) -> None:
     )
     parser.add_argument("--profile", metavar="NAME|FILE", help="limits to judge by now")
     parser.add_argument("--strict", action="store_true", help="observations fail, too")
+    others = parser.add_argument_group("recordings of others")
+    others.add_argument("--node-id", type=_node_id, metavar="N", help="whom to judge, 1 .. 127")
+    others.add_argument(
+        "--heartbeat", metavar="TIME", help='its heartbeat period, e.g. "500 ms"; "0 ms" = none'
+    )
+    others.add_argument(
+        "--bitrate", type=_bit_rate, metavar="N", help="bit/s, where it was a wire with bit times"
+    )
+    others.add_argument(
+        "--doubt", metavar="TIME", help="how late a stamp can be, at most (default 1 ms)"
+    )
+    others.add_argument(
+        "--channel", default="", metavar="NAME", help="the one of several in the file"
+    )
     parser.add_argument(
         "--reports", metavar="DIR", default="reports", help="where the replay is written"
     )
+
+
+def _node_id(text: str) -> int:
+    """A node id.
+
+    Raises:
+        ArgumentTypeError: none.
+    """
+    return _whole(text, 1, 127)
+
+
+def _bit_rate(text: str) -> int:
+    """A bit rate of CAN.
+
+    Raises:
+        ArgumentTypeError: none.
+    """
+    return _whole(text, 10_000, 1_000_000)
+
+
+def _whole(text: str, least: int, most: int) -> int:
+    number = int(text) if text.isascii() and text.isdigit() and len(text) < 9 else -1
+    if not least <= number <= most:
+        raise ArgumentTypeError(f"{text[:20]!r} is no whole number in {least} .. {most}")
+    return number
 
 
 def _is_ours(path: Path) -> bool:
@@ -84,10 +127,6 @@ def _is_ours(path: Path) -> bool:
     except RecordUnreadable:
         return False
     return True
-
-
-def _judge(options: Namespace) -> int:
-    raise ConfigError(f"{options.recording[0]}: no run and no trace of ours")
 
 
 def _test(options: Namespace) -> int:

@@ -56,7 +56,7 @@ def header(
         },
         "seed": plan.settings["can_seed"],
         "bench": _bench(plan),
-        "requirements": {each.id: _requirement(each) for each in plan.requirements.values()},
+        "requirements": {each.id: requirement_facts(each) for each in plan.requirements.values()},
     }
 
 
@@ -131,7 +131,8 @@ def sha256_of(path: str | Path) -> str | None:
         return None
 
 
-def _requirement(each: Requirement) -> dict[str, Any]:
+def requirement_facts(each: Requirement) -> dict[str, Any]:
+    """What results.json says of a requirement."""
     return {
         "text": each.text,
         "class": each.kind.value,

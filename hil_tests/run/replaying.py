@@ -8,18 +8,19 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from hil_tests.config import DeviceProfile, Setup, load_profile
+from hil_tests.config import load_profile
 from hil_tests.errors import BenchError, ConfigError
 from hil_tests.judge.verdict import DeviceFailure, InconclusiveResult, NotRun, Outcome, Verdict
-from hil_tests.replay.record import TestRecord, load_record
+from hil_tests.replay.record import load_record
 from hil_tests.replay.runs import RecordedRun, RecordedTest, open_runs
 from hil_tests.replay.stage import ReplayStage
+from hil_tests.replay.standing import setup_of, stand
 from hil_tests.reporting.results_reader import RESULTS, load_results
 from hil_tests.reporting.rows import TestResult
 from hil_tests.reporting.tally import pairs
@@ -99,25 +100,6 @@ def _as_recorded(settings: Settings, recorded: RecordedRun) -> Settings:
     return Settings(values, origins)
 
 
-def setup_of(profile: DeviceProfile, record: TestRecord, name: str) -> Setup | None:
-    """What the device was set to, as a record has it; None = that was not known.
-
-    Raises:
-        ConfigError: another kind of device.
-    """
-    told = record.opening.detail.get(name)
-    if not isinstance(told, dict):
-        return None
-    try:
-        make: Callable[..., Setup] = type(profile.factory)
-        return make(**told)
-    except TypeError as error:
-        raise ConfigError(
-            f"--can-profile {profile.path}: the recorded device is set to {told}, and a"
-            f" {profile.kind} has other parameters ({error})"
-        ) from None
-
-
 # The selection.
 
 
@@ -190,24 +172,8 @@ class ReplayRun(Run):
         if not self._counts:
             if recorded.trace is None:
                 raise NotRun(_without_record(recorded))
-            self._stand(self.bench, load_record(recorded.trace))
+            stand(self.bench, load_record(recorded.trace))
         super().begin(test, claims, keep_trace=keep_trace)
-
-    def _stand(self, bench: Bench, record: TestRecord) -> None:
-        assert isinstance(bench.stage, ReplayStage)
-        bench.stage.enter(record)
-        bench.resume(
-            parameters=setup_of(self.plan.profile, record, "parameters"),
-            home=setup_of(self.plan.profile, record, "home"),
-            heard=record.fact("heard", bool),
-        )
-        if bench.keys:
-            bench.keys.held = frozenset(map(str, record.fact("held", list)))
-        if bench.faults:
-            bench.faults.active = frozenset(map(str, record.fact("active", list)))
-        standing = record.opening.detail.get("power")
-        if bench.power and isinstance(standing, dict):
-            bench.power.stand(standing.get("on"), standing.get("off_since"))
 
     def stand_in(self, test: str) -> bool:
         """Whether a test is counted as it was recorded, and not run.

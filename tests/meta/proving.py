@@ -27,6 +27,7 @@ from hil_tests.judge.verdict import Outcome
 from hil_tests.run import outcome, stash
 from hil_tests.run.opening import open_bench
 from hil_tests.run.plan import Plan
+from hil_tests.trace import Sink
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = 8
@@ -169,9 +170,9 @@ def _shorten(test: Any) -> None:
     )
 
 
-def try_case(case: Case, bench: Bench, plan: Plan) -> Result:
-    """Run a test as the plugin does, without files."""
-    bench.begin()
+def try_case(case: Case, bench: Bench, plan: Plan, *sinks: Sink) -> Result:
+    """Run a test as the plugin does, without files; its record goes to the sinks."""
+    bench.begin(*sinks)
     error: BaseException | None = None
     try:
         case.body(**case.parameters, **{name: tool(bench, name) for name in case.asks})
