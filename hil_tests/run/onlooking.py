@@ -66,7 +66,7 @@ def judge(options: Namespace, command: Sequence[str]) -> int:
     status = ledger.close(0, require_all=False)
     print("\n".join(lines))
     print(f"results and traces: {folder.path}")
-    print(papers.write(folder.path))
+    print(papers.write(folder.path, pdf=False))
     return status
 
 
