@@ -1,8 +1,9 @@
-"""The command `python -m node_model`: hosts one node until it is told to end.
+"""The command `python -m node_model`: hosts a node, or several, until it is told to end.
 
 It prints one line, `ready control=ADDRESS channel=NAME`, once the bus is open and the
 control server listens. Without `--control` the node is powered at once; with it the node
-is off until the client switches it on.
+is off until the client switches it on. Several nodes (`--node-id 1-10`) hear each other as
+on a bus (`node_model.host.segment`); memory and control are for one.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import argparse
 import contextlib
 import gc
 import os
+import re
 import select
 import signal
 import socket
@@ -22,9 +24,10 @@ from node_model import devices
 from node_model.host import memory
 from node_model.host.control import Server
 from node_model.host.loop import Loop
+from node_model.host.segment import Segment
 from node_model.host.verbs import Verbs
 from node_model.host.wires import SocketCanWire, Wire, WireError
-from node_model.node import MS, US, Panel, S
+from node_model.node import MS, US, Node, Panel, S
 
 _SPIN_NS = 200 * US if len(os.sched_getaffinity(0)) > 1 else 0
 """How long before a deadline to stop sleeping: a wake-up is up to 0.1 ms late. On a single
@@ -46,38 +49,76 @@ def arguments() -> argparse.ArgumentParser:
     add("--profile", default="keypad", help="bundled device profile, or a TOML file")
     add("--channel", required=True, help="CAN channel, e.g. vcan0")
     add("--interface", default="socketcan", help="python-can interface type")
-    add("--node-id", type=int, help="overrides the profile's")
-    add("--eds", help="EDS file of a generic device")
+    add(
+        "--node-id",
+        type=node_ids,
+        metavar="N[-M]",
+        help="overrides the profile's; a range, e.g. 1-10, hosts as many nodes on one bus",
+    )
+    add("--eds", help="EDS file of the device; with --profile generic, any")
     add("--mutant", help="host a named faulty model")
-    add("--storage", type=Path, help="file that keeps commissioned parameters")
+    add("--storage", type=Path, help="file that keeps the memory of one node")
     add(
         "--leash",
         action="store_true",
         help="end with standard input, so as not to outlive who starts it",
     )
-    add("--control", help="serve the bench control protocol: tcp:HOST:PORT or unix:PATH")
+    add("--control", help="serve the bench control protocol, one node: tcp:HOST:PORT or unix:PATH")
     return parser
+
+
+def node_ids(text: str) -> range:
+    """The node ids that `5` or `1-10` means."""
+    found = re.fullmatch(r"([0-9]+)(?:-([0-9]+))?", text)
+    first, last = (int(found[1]), int(found[2] or found[1])) if found else (1, 0)
+    if first > last:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is neither a node id nor a range of them; write e.g. 5, or 1-10"
+        )
+    return range(first, last + 1)
 
 
 def main(argv: Sequence[str] | None = None, say: Callable[[str], None] = print) -> int:
     """Run the command; returns the exit status: 0 ended, 2 wrong use or no bus."""
     parser = arguments()
     options = parser.parse_args(argv)
+    if len(options.node_id or ()) > 1:
+        for name in ("control", "storage"):
+            if getattr(options, name):
+                parser.error(
+                    f"--{name} is for one node, and --node-id asks for {len(options.node_id)}; "
+                    "leave one of the two out, or run a process for each node"
+                )
     try:
-        image = memory.read_image(options.storage) if options.storage else None
-        node = devices.make_device(
-            options.profile,
-            model=options.mutant,
-            node_id=options.node_id,
-            image=image,
-            eds=options.eds,
-        )
-        with contextlib.closing(open_wire(options.interface, options.channel)) as wire:
+        with contextlib.ExitStack() as stack:
+            nodes = nodes_of(options)
+            wire = open_wire(options.interface, options.channel)
+            stack.callback(wire.close)
             leash = (sys.stdin.fileno(),) if options.leash else ()
-            return host(node, wire, options.control, options.storage, say, leash)
+            if len(nodes) > 1:
+                return host(Loop(Segment(nodes), wire), say, leash)
+            loop = Loop(nodes[0], wire)
+            keeper = memory.Keeper(nodes[0], options.storage) if options.storage else None
+            server = serve(loop, options.control, stack) if options.control else None
+            return host(loop, say, leash, server, keeper)
     except (WireError, ValueError, OSError) as error:
         print(f"node_model: {error}", file=sys.stderr)  # noqa: T201 - a command prints
         return 2
+
+
+def nodes_of(options: argparse.Namespace) -> list[Panel]:
+    """The devices that were asked for, switched off."""
+    image = memory.read_image(options.storage) if options.storage else None
+    return [
+        devices.make_device(
+            options.profile,
+            model=options.mutant,
+            node_id=node_id,
+            image=image,
+            eds=options.eds,
+        )
+        for node_id in options.node_id or (None,)
+    ]
 
 
 def open_wire(interface: str, channel: str) -> Wire:
@@ -89,43 +130,43 @@ def open_wire(interface: str, channel: str) -> Wire:
     return PythonCanWire(interface, channel)
 
 
+def serve(loop: Loop[Panel], address: str, stack: contextlib.ExitStack) -> Server:
+    """A control server for a node."""
+    verbs = Verbs(loop)
+    server = Server(address, verbs, verbs.release)
+    stack.callback(server.close)
+    return server
+
+
 def host(
-    node: Panel,
-    wire: Wire,
-    control: str | None,
-    storage: Path | None,
+    loop: Loop[Node],
     say: Callable[[str], None],
     leash: Sequence[int] = (),
+    server: Server | None = None,
+    keeper: memory.Keeper | None = None,
 ) -> int:
-    """Host a node on a wire until SIGTERM or SIGINT, or the end of what a leash reads."""
-    loop = Loop(node, wire)
-    with contextlib.ExitStack() as stack:
-        server = None
-        if control:
-            verbs = Verbs(loop)
-            server = Server(control, verbs, verbs.release)
-            stack.callback(server.close)
-        stop = stack.enter_context(stop_signal())
+    """Host what is in a loop until SIGTERM or SIGINT, or the end of what a leash reads."""
+    with stop_signal() as stop:
         _prefer_exact_timers()
         gc.collect()
         gc.freeze()
-        say(f"ready control={server.address if server else '-'} channel={wire.name}")
+        say(f"ready control={server.address if server else '-'} channel={loop.wire.name}")
         sys.stdout.flush()
         if server is None:
             loop.power(True, loop.instant())
-        run(loop, server, (stop.fileno(), *leash), storage)
+        run(loop, server, (stop.fileno(), *leash), keeper)
     return 0
 
 
-def run(loop: Loop, server: Server | None, stops: Sequence[int], storage: Path | None) -> None:
+def run(
+    loop: Loop[Node], server: Server | None, stops: Sequence[int], keeper: memory.Keeper | None
+) -> None:
     """Turn until something is readable on one of `stops`."""
-    kept = loop.node.image() if storage else b""
     wire = loop.wire.descriptor
     while True:
         loop.catch_up()
-        if storage and (image := loop.node.image()) != kept:
-            memory.write_image(storage, image)
-            kept = image
+        if keeper:
+            keeper.keep()
         readable, writable = server.descriptors() if server else ([], [])
         fixed = [*stops] if wire is None else [*stops, wire]
         ready, room, _ = select.select([*fixed, *readable], writable, [], _wait_s(loop))
@@ -136,12 +177,12 @@ def run(loop: Loop, server: Server | None, stops: Sequence[int], storage: Path |
             server.turn()
 
 
-def _is_done(loop: Loop) -> bool:
+def _is_done(loop: Loop[Node]) -> bool:
     """A job came to its end: the client waits for its answer."""
     return loop.job is not None and loop.job.due() is None
 
 
-def _wait_s(loop: Loop) -> float:
+def _wait_s(loop: Loop[Node]) -> float:
     """How long nothing is due: sleep to shortly before it, then look without sleeping."""
     due = loop.wake_at()
     left = _LONGEST_NS if due is None else due - loop.clock()

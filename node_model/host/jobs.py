@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from node_model.host.jsonline import Seconds
 from node_model.host.loop import Loop
-from node_model.node import MS, earliest
+from node_model.node import MS, Panel, earliest
 
 EYE_NS = 1200 * MS
 """How long an eye looks at a changing light: more than one period of 1 s."""
@@ -22,7 +22,7 @@ class KeySequence:
     """
 
     def __init__(
-        self, loop: Loop, start: int, steps: Sequence[tuple[int, frozenset[str]]]
+        self, loop: Loop[Panel], start: int, steps: Sequence[tuple[int, frozenset[str]]]
     ) -> None:
         self._loop = loop
         self._steps = [(start + span, held) for span, held in steps]
@@ -50,7 +50,7 @@ class KeySequence:
 class LampWatch:
     """Sees every change of light from `start` to `end`."""
 
-    def __init__(self, loop: Loop, start: int, span_ns: int) -> None:
+    def __init__(self, loop: Loop[Panel], start: int, span_ns: int) -> None:
         self._node = loop.node
         self._start = start
         self._end = start + span_ns
@@ -99,7 +99,7 @@ class LampEye(LampWatch):
     Where no lamp will change by itself the answer is there at once.
     """
 
-    def __init__(self, loop: Loop, start: int) -> None:
+    def __init__(self, loop: Loop[Panel], start: int) -> None:
         super().__init__(loop, start, EYE_NS)
         self._over = loop.node.lamp_change(start) is None
 

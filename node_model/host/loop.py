@@ -19,11 +19,13 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Protocol
+from typing import Generic, Protocol, TypeVar
 
 from node_model.frame import Frame
 from node_model.host.wires import Wire
-from node_model.node import MS, Frames, Panel, earliest
+from node_model.node import MS, Frames, Node, Panel, earliest
+
+N_co = TypeVar("N_co", bound=Node, covariant=True)
 
 LATE_NS = MS // 2
 """From here on a frame counts as late. Well above the usual cost of a wake-up and a send
@@ -52,7 +54,7 @@ class Job(Protocol):
         """What to tell who asked; only once it is done."""
 
 
-class Loop:
+class Loop(Generic[N_co]):
     """A node on a wire.
 
     Args:
@@ -61,7 +63,7 @@ class Loop:
         clock: CLOCK_REALTIME in ns, the clock of the wire's stamps.
     """
 
-    def __init__(self, node: Panel, wire: Wire, clock: Callable[[], int] = time.time_ns) -> None:
+    def __init__(self, node: N_co, wire: Wire, clock: Callable[[], int] = time.time_ns) -> None:
         self.node = node
         self.wire = wire
         self.clock = clock
@@ -105,12 +107,12 @@ class Loop:
         """Supply on or off."""
         self._tell(self.node.power_on if on else self.node.power_off, at)
 
-    def hold(self, held: frozenset[str], at: int) -> None:
+    def hold(self: Loop[Panel], held: frozenset[str], at: int) -> None:
         """Exactly these keys are held from `at` on."""
         self.held = held
         self._tell(lambda now: self.node.hold(held, now), at)
 
-    def fail(self, active: frozenset[str], at: int) -> None:
+    def fail(self: Loop[Panel], active: frozenset[str], at: int) -> None:
         """Exactly these errors exist from `at` on."""
         self._tell(lambda now: self.node.fail(active, now), at)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from node_model.host.wires import WireError
+from node_model.node import Panel
 
 
 def read_image(path: Path) -> bytes | None:
@@ -22,3 +23,24 @@ def write_image(path: Path, image: bytes) -> None:
     fresh = path.with_name(f".{path.name}.new")
     fresh.write_bytes(image)
     fresh.replace(path)
+
+
+class Keeper:
+    """Keeps the memory of a node in a file.
+
+    Args:
+        node: whose memory; what it holds now is in the file already, or the factory's.
+        path: of the file.
+    """
+
+    def __init__(self, node: Panel, path: Path) -> None:
+        self._node = node
+        self._path = path
+        self._kept = node.image()
+
+    def keep(self) -> None:
+        """Write what has changed since it was last written."""
+        image = self._node.image()
+        if image != self._kept:
+            write_image(self._path, image)
+            self._kept = image

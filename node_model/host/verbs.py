@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from node_model.host.jobs import KeySequence, LampEye, LampWatch
 from node_model.host.jsonline import Seconds, span_ns
 from node_model.host.loop import Job, Loop
-from node_model.node import S
+from node_model.node import Panel, S
 
 PROTOCOL = 1
 CAN = ("power", "keys", "key-sequences", "leds", "led-edges", "bus", "health")
@@ -30,7 +30,7 @@ class Refusal(Exception):
 class Verbs:
     """Carries out requests on the node of a loop."""
 
-    def __init__(self, loop: Loop) -> None:
+    def __init__(self, loop: Loop[Panel]) -> None:
         self._loop = loop
         self._verbs: dict[str, Callable[[Request], Answer | Job]] = {
             "hello": self._hello,

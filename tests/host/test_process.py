@@ -137,6 +137,22 @@ def test_model_without_control_is_powered_at_once() -> None:
 
 
 @pytest.mark.slow
+def test_a_range_of_node_ids_is_as_many_nodes() -> None:
+    """All start at once, and all obey."""
+    channel = free_channel()
+    with (
+        contextlib.closing(PythonCanPort("udp_multicast", channel)) as port,
+        hosted("--channel", channel, "--node-id", "7-9") as (_, ready),
+    ):
+        assert ready == f"ready control=- channel={channel}\n"
+        for node_id in (7, 8, 9):
+            first(port, Frame(0x700 + node_id, b"\x7f"))
+        port.send(Frame(0, b"\1\0"))
+        for node_id in (7, 8, 9):
+            first(port, Frame(0x700 + node_id, b"\5"))
+
+
+@pytest.mark.slow
 def test_commissioned_parameters_survive_in_the_storage(tmp_path: Path) -> None:
     """Commissioned to node 7 over the bus, it is node 7 after a restart."""
     channel = free_channel()
@@ -160,10 +176,15 @@ def test_commissioned_parameters_survive_in_the_storage(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        (["--channel", "x", "--eds", "y.eds"], "generic"),
+        (["--channel", "x", "--eds", "y.eds"], "y.eds: a keypad has an EDS file of its own"),
         (["--channel", "x", "--profile", "nope"], "no profile 'nope'"),
         (["--channel", "x", "--mutant", "nope"], "'nope'"),
         (["--channel", "x", "--node-id", "200"], "1..15"),
+        (["--channel", "x", "--node-id", "10-1"], "'10-1' is neither a node id nor a range"),
+        (["--channel", "x", "--node-id", "ten"], "write e.g. 5, or 1-10"),
+        (["--channel", "x", "--node-id", "1-16"], "node id 16 is none of a keypad"),
+        (["--channel", "x", "--node-id", "1-2", "--control", "tcp:h:1"], "--control is for one"),
+        (["--channel", "x", "--node-id", "1-2", "--storage", "f"], "--storage is for one node"),
         (["--channel", "239.74.163.2", "--control", "nowhere"], "tcp:HOST:PORT"),
         (["--channel", "no group"], "no group"),
     ],

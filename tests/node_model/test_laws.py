@@ -13,6 +13,7 @@ from node_model.beacon import Beacon
 from node_model.devices import make_device
 from node_model.faults import MUTANTS, VARIANTS, link
 from node_model.frame import Frame
+from node_model.host.segment import Segment
 from node_model.keypad import Keypad, Parameters, Profile, load
 from node_model.load import Load
 from node_model.node import MS, Node
@@ -45,6 +46,9 @@ NODES: Mapping[str, Callable[[Profile], Node]] = {
     **{name: variant.make for name, variant in VARIANTS.items()},
     **{f"link {effect.__name__}": _linked(effect) for effect in EFFECTS},
     "drive": lambda _: make_device("drive", settings={"node_id": 1, "heartbeat_ms": 20}),
+    "drives that hear each other": lambda _: Segment(
+        [make_device("drive", settings={"node_id": n, "heartbeat_ms": 20}) for n in (1, 2)]
+    ),
     "link of a beacon": lambda _: link.Link(Beacon(9, 30 * MS, 125_000), link.Delay()),
     "beacon": lambda _: Beacon(9, 30 * MS, 125_000),
     "silent beacon": lambda _: Beacon(9, 0, 125_000),
