@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cache
+from typing import TYPE_CHECKING
 
 from node_model.debounce import Debouncer
 from node_model.emcy import GENERIC_ERROR, HARDWARE_ERROR, emcy_frame
@@ -15,9 +16,13 @@ from node_model.keypad.profile import Profile
 from node_model.nmt import NMT_COB_ID, TARGETS, NmtCommand, NmtState, command_for
 from node_model.node import MS, NOTHING, Frames
 
+if TYPE_CHECKING:
+    from node_model.keypad.objects import Objects
+
 KEY_BASE = 0x180
 STEADY_BASE = 0x200
 BLINK_BASE = 0x300
+SDO_BASE = 0x600
 
 
 @cache  # the frames of a node id never change, and a keypad is made for each scenario
@@ -54,12 +59,14 @@ class Operation:
         self.beat = self.heartbeat_type(self.heartbeat_ns())
         self.keys = self.fresh_keys(mask)
         self.lamps = self.lamps_type(profile, now)
+        self.objects: Objects | None = None
 
     # Facts that follow from the parameters.
 
     def acceptance(self) -> frozenset[int] | None:
         """Identifiers that the acceptance filter of the controller lets through."""
-        return frozenset((NMT_COB_ID, STEADY_BASE + self.node_id, BLINK_BASE + self.node_id))
+        bases = (STEADY_BASE, BLINK_BASE, SDO_BASE)
+        return frozenset((NMT_COB_ID, *(base + self.node_id for base in bases)))
 
     def line_rate(self) -> int:
         """Bit rate in bit/s."""
@@ -114,6 +121,7 @@ class Operation:
         self.boot_at = now + self.reset_ns()
         self.keys = self.fresh_keys(self.raw)
         self.lamps = self.lamps_type(self.profile, now)
+        self.forget_objects()
         return NOTHING
 
     # Frames in.
@@ -131,7 +139,28 @@ class Operation:
             self.lamps.set_steady(frame.data)
         elif frame.can_id == BLINK_BASE + self.node_id and self.takes_leds():
             self.lamps.set_blinking(frame.data)
+        elif frame.can_id == SDO_BASE + self.node_id:
+            return self.serve(frame, now)
         return NOTHING
+
+    def serve(self, frame: Frame, now: int) -> Frames:
+        """An SDO request: the first one makes the objects."""
+        if self.objects is None:
+            from node_model.keypad.objects import Objects  # noqa: PLC0415 - few ask for them
+
+            self.objects = Objects(self, now)
+        return self.objects.serve(frame, now)
+
+    def tell_objects(self, now: int) -> None:
+        """The NMT state is another one: an SDO transfer may be over."""
+        if self.objects is not None:
+            self.objects.enter(self.state, now)
+
+    def forget_objects(self) -> None:
+        """What clients wrote is gone: the commissioned heartbeat time counts again."""
+        if self.objects is not None:
+            self.objects = None
+            self.beat = self.heartbeat_type(self.heartbeat_ns())
 
     def command(self, frame: Frame) -> NmtCommand | None:
         """The NMT command in this frame that is meant for this node."""
@@ -147,6 +176,7 @@ class Operation:
         if target is NmtState.INITIALISING:
             return self.reset(command, now)
         before, self.state = self.state, target
+        self.tell_objects(now)
         if target is NmtState.OPERATIONAL and before is not target:
             return self.entry_frames(now)
         return NOTHING
