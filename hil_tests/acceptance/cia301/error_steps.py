@@ -49,6 +49,13 @@ class Trouble:
             return poll(self.bench)
         return self.bench.send(Frame(cobs.ERROR_CONTROL + self.other, b"\x05"))
 
+    def keep_away(self, span_ns: int) -> None:
+        """Let time pass without the error."""
+        until = self.bench.now() + span_ns
+        while self.bench.now() < until:
+            self.heal()
+            self.bench.wait(SPAN_NS // 2)
+
     def arise(self) -> Seen:
         """Begin the span, and wait until the error is there; returns what began it."""
         began = self.heal()

@@ -129,8 +129,7 @@ def test_the_count_of_errors_takes_nothing_but_0(
 ) -> None:
     """And the list is kept."""
     needs(sheet, (ERROR_FIELD, 1))
-    error = trouble(bench, sdo, sheet)
-    error.told(error.arise(), "C-EM-01")
+    bench.start()
     before = history(sdo)
     outcome = sdo.try_write(ERROR_FIELD, 0, u8(value))
     sdo.expect_abort(outcome, accepted.HISTORY_COUNT, f"{value} to 1003h:00")
@@ -208,10 +207,11 @@ def test_the_inhibit_time_keeps_emcys_apart(
     needs_writable(sheet, (INHIBIT, 0))
     error = trouble(bench, sdo, sheet)
     sdo.write(INHIBIT, 0, u16(inhibit), requirement="C-EM-15")
+    inhibit_ns = inhibit * 100_000
+    error.keep_away(inhibit_ns)
     began = error.arise()
     emcy = error.told(began, "C-EM-01")
     error.heal()
-    inhibit_ns = inhibit * 100_000
     limits = bench.profile.limits
     least = limits.heartbeat_mean_ns(inhibit_ns)[0]
     most = inhibit_ns + limits.emcy_ns + limits.life_ns + 100 * MS

@@ -271,44 +271,59 @@ def expect_kept(
     bench.check(after == before or is_live(one), text, requirement="C-OD-13")
 
 
-@pytest.mark.requirement("C-OD-09", "C-OD-10", "C-OD-13")
-def test_values_outside_their_limits_are_refused(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
-) -> None:
-    """One above the upper limit and one below the lower; both limits themselves are taken."""
-    objects = bounded(sheet)
+@pytest.mark.requirement("C-OD-09", "C-OD-13")
+def test_values_above_their_limits_are_refused(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+    """One above the upper limit; the limit itself is taken."""
+    expect_limits(bench, sdo, bounded(sheet), "C-OD-09")
+
+
+@pytest.mark.requirement("C-OD-10", "C-OD-13")
+def test_values_below_their_limits_are_refused(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+    """One below the lower limit; the limit itself is taken."""
+    expect_limits(bench, sdo, bounded(sheet), "C-OD-10")
+
+
+def expect_limits(bench: Cia301Bench, sdo: Sdo, objects: list[EdsObject], rule: str) -> None:
+    """Values up to a limit are taken, the next one is refused."""
     bench.needs_writes("application objects are written")
     bench.start()
-    node_id = bench.node_id
     for one in objects:
+        limit, step, codes = (
+            (one.high, 1, accepted.TOO_HIGH)
+            if rule == "C-OD-09"
+            else (one.low, -1, accepted.TOO_LOW)
+        )
+        if limit is None or not isinstance(limit.at(bench.node_id), int):
+            continue
+        edge = int(limit.at(bench.node_id))
+        inside, outside = beyond(one, edge), beyond(one, edge + step)
         with sdo.kept((one.index, one.sub)):
-            for limit, step, codes, rule in (
-                (one.high, 1, accepted.TOO_HIGH, "C-OD-09"),
-                (one.low, -1, accepted.TOO_LOW, "C-OD-10"),
-            ):
-                if limit is None or not isinstance(limit.at(node_id), int):
-                    continue
-                edge = int(limit.at(node_id))
-                inside, outside = beyond(one, edge), beyond(one, edge + step)
-                if inside is not None and not one.pdo:
-                    sdo.write(one.index, one.sub, inside, requirement=rule)
-                if outside is not None:
-                    expect_kept(bench, sdo, one, outside, codes, rule)
+            if inside is not None and not one.pdo:
+                sdo.write(one.index, one.sub, inside, requirement=rule)
+            if outside is not None:
+                expect_kept(bench, sdo, one, outside, codes, rule)
 
 
-@pytest.mark.requirement("C-OD-11", "C-OD-12", "C-OD-13")
-def test_values_of_a_wrong_length_are_refused(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
-    """A byte more and a byte less than each number of the application has."""
+@pytest.mark.requirement("C-OD-11", "C-OD-13")
+def test_values_that_are_too_long_are_refused(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+    """A byte more than each number of the application has."""
     bench.needs_writes("application objects are written")
     bench.start()
     for one in writable_objects(sheet):
-        size = one.kind.size
-        if not size or not one.kind.is_number:
-            continue
-        longer, shorter = bytes(size + 1), bytes(size - 1)
-        expect_kept(bench, sdo, one, longer, accepted.TOO_LONG, "C-OD-11")
-        if shorter:
-            expect_kept(bench, sdo, one, shorter, accepted.TOO_SHORT, "C-OD-12")
+        if one.kind.is_number:
+            data = bytes(one.kind.size + 1)
+            expect_kept(bench, sdo, one, data, accepted.TOO_LONG, "C-OD-11")
+
+
+@pytest.mark.requirement("C-OD-12", "C-OD-13")
+def test_values_that_are_too_short_are_refused(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+    """A byte less than each number of the application has."""
+    bench.needs_writes("application objects are written")
+    bench.start()
+    for one in writable_objects(sheet):
+        if one.kind.is_number and one.kind.size > 1:
+            data = bytes(one.kind.size - 1)
+            expect_kept(bench, sdo, one, data, accepted.TOO_SHORT, "C-OD-12")
 
 
 @pytest.mark.requirement("C-OD-11", "C-OD-12", "C-OD-13")
