@@ -176,7 +176,7 @@ def _head(
     events = [note for _, note in recording.notes if isinstance(note, BusEvent)]
     words = [
         (
-            str(kinds[number].frame),
+            recording.kinds.texts[number],
             decode(kinds[number].frame) if place < _MOST_WORDS else "",
             lane_of(lanes, kinds[number].frame),
             int(kinds[number].own),

@@ -112,6 +112,7 @@ def _environment() -> jinja2.Environment:
         "words": words,
         "table_of": table_of,
         "show_at": narrative.show_at,
+        "plain": narrative.plain,
         "histogram": plots.histogram,
         "run_chart": plots.run_chart,
         "distribution": plots.distribution,

@@ -37,7 +37,6 @@ class Line:
         raw: the frame as it is written, or the kind of a stimulus or event.
         text: in words.
         outcome: of a check.
-        can_id: of a frame, -1 = none.
         until: end of the interval in which a stimulus took effect.
     """
 
@@ -46,14 +45,15 @@ class Line:
     raw: str
     text: str
     outcome: str = ""
-    can_id: int = -1
     until: int | None = None
 
 
 def frame_line(recording: Recording, index: int, decode: Decode) -> Line:
     """A frame as a line."""
-    frame, at, _, own = recording.sighting(index)
-    return Line(SENT if own else SEEN, at, str(frame), decode(frame), can_id=frame.can_id)
+    number = recording.kind[index]
+    frame, _, own = recording.kinds.all[number]
+    text = recording.kinds.texts[number]
+    return Line(SENT if own else SEEN, recording.at[index], text, decode(frame))
 
 
 def note_line(note: Note) -> Line:
@@ -150,6 +150,18 @@ def show_at(at: int | None, origin_at: int) -> str:
     whole, rest = divmod(abs(span_ns), 1_000_000_000)
     sign = "−" if span_ns < 0 else ""
     return f"{sign}{whole}.{rest // 1000:06d}"
+
+
+def plain(lines: Sequence[Line], origin_at: int) -> str:
+    """Lines as one text in columns."""
+    rows = [
+        (show_at(line.at, origin_at), "->" if line.what == SENT else "<-", line.raw, line.text)
+        for line in lines
+    ]
+    widths = [max((len(row[n]) for row in rows), default=0) for n in range(3)]
+    return "\n".join(
+        f"{at:>{widths[0]}}  {way}  {raw:<{widths[2]}}  {text}" for at, way, raw, text in rows
+    )
 
 
 def within_text(line: Line) -> str:

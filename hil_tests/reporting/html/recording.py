@@ -50,6 +50,8 @@ class Kinds:
         self._known: dict[Kind, int] = {}
         self.by_block: dict[int, dict[bytes, int]] = {}
         """Doubt -> the bytes behind the stamp -> number."""
+        self.texts: list[str] = []
+        """How the frame of each is written."""
         self.by_text: dict[str, set[int]] = {}
         """Frame as it is written, e.g. 701#00 -> numbers of its kinds."""
         self.own: set[int] = set()
@@ -61,7 +63,9 @@ class Kinds:
         if found is None:
             found = self._known[kind] = len(self.all)
             self.all.append(kind)
-            self.by_text.setdefault(str(kind.frame), set()).add(found)
+            text = str(kind.frame)
+            self.texts.append(text)
+            self.by_text.setdefault(text, set()).add(found)
             if kind.own:
                 self.own.add(found)
         return found

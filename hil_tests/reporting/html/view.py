@@ -107,7 +107,7 @@ class Teller:
         return found
 
 
-def test_views(folder: Path, results: Results, tell: Teller) -> list[TestView]:
+def views_of(folder: Path, results: Results, tell: Teller) -> list[TestView]:
     """Every test of a run, and at the end the recordings of tests that never ended."""
     kinds = Kinds()
     return [
