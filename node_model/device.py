@@ -20,12 +20,20 @@ from node_model.nmt import NMT_COB_ID, TARGETS, NmtCommand, NmtState, command_fo
 from node_model.node import MS, NOTHING, Frames, refuse_strangers
 from node_model.nonvolatile import encode
 from node_model.od import ObjectDictionary
-from node_model.service import Service
+from node_model.service import QuietService, Service
 
 COMMUNICATION = range(0x1000, 0x2000)
 """Indices of the communication profile area."""
 
 IDENTITY = 0x1018
+
+Deadline = Callable[[], int | None]
+Verb = Callable[[int], Frames]
+
+
+def has_deadlines(service: Service) -> bool:
+    """Whether a service may ever be due by itself."""
+    return type(service).deadline is not QuietService.deadline
 
 
 class Cia301Device:
@@ -55,6 +63,8 @@ class Cia301Device:
         self.node_id, self._line_rate = self._line.load()
         self.compose(image[IMAGE_BYTES:])
         self._row: tuple[Service, ...] = ()
+        self._timed: tuple[tuple[Deadline, Verb], ...] = ()
+        self._dues: list[int | None] = []
         self._routes: dict[int, tuple[Service, ...]] = {}
         self.active: frozenset[str] = frozenset()
         self._boot_at: int | None = None
@@ -97,7 +107,8 @@ class Cia301Device:
     def _fall_silent(self) -> None:
         for service in self._row:
             service.stop()
-        self._row = ()
+        self._row = self._timed = ()
+        self._dues = []
         self._routes = {}
         self._wanted = self._heard_at = None
         self.state = NmtState.INITIALISING
@@ -132,6 +143,7 @@ class Cia301Device:
     def _begin(self, row: tuple[Service, ...], now: int) -> Frames:
         self.services.sdo.pace(self.bit_rate)
         self._row = row
+        self._timed = tuple((s.deadline, s.advance) for s in row if has_deadlines(s))
         self._stale = True
         return gathered(service.start(now) for service in row)
 
@@ -215,9 +227,11 @@ class Cia301Device:
 
     def advance(self, now: int) -> Frames:
         """Everything that is due, oldest first."""
-        if self._due is None or self._due > now:
+        due = self._due
+        if due is None or due > now:
             return NOTHING
-        return self._settle(NOTHING, now, now)
+        said = self._fire(due)
+        return self._settle(said, due, now)
 
     def deadline(self) -> int | None:
         """The end of initialisation, or what a service waits for."""
@@ -251,19 +265,19 @@ class Cia301Device:
             self.bit_rate = self._line_rate
             self._stale = True
         self.before(now)
-        frames = NOTHING
-        for service in self._row:
-            due = service.deadline()
+        frames: Frames = NOTHING
+        for place, due in enumerate(self._dues):
             if due is not None and due <= now:
-                frames = (*frames, *service.advance(now))
+                said = self._timed[place][1](now)
+                frames = (*frames, *said) if frames else said
         return frames
 
     def _next(self) -> int | None:
         if self._boot_at is not None:
             return self._boot_at
         soonest = self._heard_at
-        for service in self._row:
-            due = service.deadline()
+        self._dues = dues = [deadline() for deadline, _ in self._timed]
+        for due in dues:
             if due is not None and (soonest is None or due < soonest):
                 soonest = due
         return soonest
