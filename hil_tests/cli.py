@@ -197,8 +197,11 @@ def _report(words: Sequence[str]) -> int:
     parser = Parser("nodeproof report", description=text)
     parser.add_argument("run", metavar="RUN", help="folder of the run, e.g. reports/latest")
     parser.add_argument("--pdf", action="store_true", help="certificate.pdf as well (extra: pdf)")
+    parser.add_argument(
+        "--matrix", type=Path, metavar="FILE", help="matrix.json of `tox -e mutants`, to show, too"
+    )
     options = parser.parse_args(words)
-    print(papers.make_again(Path(options.run), pdf=options.pdf))
+    print(papers.make_again(Path(options.run), pdf=options.pdf, matrix=options.matrix))
     return 0
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from hil_tests.errors import BenchError, ConfigError
+from hil_tests.reporting.files import replace_file
 
 
 def write(folder: Path, *, pdf: bool) -> str:
@@ -27,12 +28,13 @@ def write(folder: Path, *, pdf: bool) -> str:
         return f"NO REPORT ({why}); once that is mended: nodeproof report {folder}"
 
 
-def make_again(folder: Path, *, pdf: bool = False) -> Path:
+def make_again(folder: Path, *, pdf: bool = False, matrix: Path | None = None) -> Path:
     """Write `report.html` and `junit.xml` of a run, also of one that was killed.
 
     Args:
         folder: of the run.
         pdf: whether there is to be a certificate.
+        matrix: a table of faulty models, which the folder gets as `matrix.json`.
 
     Raises:
         ConfigError: it is no folder of a run, or cannot be written to, or no PDF can be made.
@@ -43,6 +45,8 @@ def make_again(folder: Path, *, pdf: bool = False) -> Path:
             "name one, e.g. reports/latest"
         )
     try:
+        if matrix is not None:
+            replace_file(folder / "matrix.json", matrix.read_bytes())
         return _report(folder, pdf=pdf)
     except (BenchError, OSError) as error:
         raise ConfigError(str(error)) from error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,7 @@ def test_start(bench, power):
 """
 
 
+@pytest.mark.slow
 def test_a_run_ends_with_its_report(pytester: pytest.Pytester) -> None:
     """report.html lies in the folder of the run, and the last line says where."""
     done = judge(pytester, STARTS)
@@ -36,6 +38,33 @@ def test_a_report_can_be_made_again(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert main(["report", str(run)]) == 0
     assert capsys.readouterr().out.strip() == str(run / "report.html")
     assert "Interrupted" in (run / "report.html").read_text("utf-8")
+
+
+def test_a_table_of_faulty_models_is_taken_in(tmp_path: Path) -> None:
+    """--matrix puts the table into the folder, and the report shows who found which."""
+    run = make_run(tmp_path / "run", result(1, passed()))
+    mutants = {
+        "sly": {"text": "It lies.", "violates": ["NMT-02"], "killed_by": []},
+        "plain": {
+            "text": "It is late.",
+            "violates": ["NMT-02"],
+            "killed_by": ["test_a", "test_b"],
+        },
+    }
+    table = tmp_path / "table.json"
+    table.write_text(json.dumps({"mutants": mutants}), "utf-8")
+    assert main(["report", str(run), "--matrix", str(table)]) == 0
+    assert (run / "matrix.json").read_bytes() == table.read_bytes()
+    text = (run / "report.html").read_text("utf-8")
+    assert text.index("It lies.") < text.index("It is late.")
+    assert "test_a, test_b" in text
+
+
+def test_a_missing_table_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A file that is not there is wrong use, by name."""
+    run = make_run(tmp_path / "run", result(1, passed()))
+    assert main(["report", str(run), "--matrix", str(tmp_path / "none.json")]) == 4
+    assert "none.json" in capsys.readouterr().err
 
 
 def test_what_is_no_run_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

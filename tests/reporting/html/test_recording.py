@@ -45,6 +45,7 @@ ENTRIES = st.one_of(
 )
 
 
+@pytest.mark.slow
 @given(st.lists(ENTRIES, max_size=30))
 def test_columns_hold_what_was_written(
     tmp_path_factory: pytest.TempPathFactory, written: list[Entry]
