@@ -152,6 +152,11 @@ class Trace:
         """How many frames it holds."""
         return len(self._at)
 
+    @property
+    def sinks(self) -> tuple[Sink, ...]:
+        """Where it is written."""
+        return self._sinks
+
     def see(self, sighting: Sighting) -> int:
         """Append a frame; returns its index among the frames."""
         frame, at, doubt_ns, own = sighting

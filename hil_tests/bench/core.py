@@ -150,7 +150,10 @@ class BenchCore:
     def begin_example(self) -> None:
         """An example of a property begins: the one before is counted, and its record let go."""
         self._count()
-        self.begin()
+        sinks = self.trace.sinks
+        self.begin(*sinks)
+        for sink in sinks:
+            sink.write(self.opening)
 
     def end(self) -> list[Verdict]:
         """A test ends: what the monitors found in it."""

@@ -94,14 +94,17 @@ class PcapngSink:
         except OSError as error:
             raise self._lost(error) from error
         try:
-            self._put(
-                layout.section()
-                + layout.interface(layout.CAN_SOCKETCAN, interface, clock)
-                + layout.interface(layout.UPPER_PDU, journal.INTERFACE, _JOURNAL_TEXT)
-            )
+            self._put(self._head())
         except BenchError:
             self._file.close()
             raise
+
+    def _head(self) -> bytes:
+        return (
+            layout.section()
+            + layout.interface(layout.CAN_SOCKETCAN, self._name, self._clock)
+            + layout.interface(layout.UPPER_PDU, journal.INTERFACE, _JOURNAL_TEXT)
+        )
 
     def __enter__(self) -> Self:
         return self
@@ -142,6 +145,35 @@ class PcapngSink:
             _FLAGS_OPTION, _OUT if own else _IN, 0, size,
         )  # fmt: skip
         self._put(block)
+
+    def restart(self) -> None:
+        """Begin again: what was written is gone, as if it had never been.
+
+        Raises:
+            BenchError: the disk is full, or gone.
+        """
+        self._places = {0: _NO_DOUBT}
+        try:
+            if isinstance(self._file, MappedFile):
+                self._file.rewind()
+            else:
+                self._file.seek(0)
+                self._file.truncate()
+        except OSError as error:
+            raise self._lost(error) from error
+        self._put(self._head())
+
+    def rename(self, path: Path) -> None:
+        """The file is called so from now on; one of that name is gone.
+
+        Raises:
+            BenchError: it cannot be.
+        """
+        try:
+            self.path.replace(path)
+        except OSError as error:
+            raise self._lost(error) from error
+        self.path = path
 
     def close(self) -> None:
         """Hand over what is in memory; a second call does nothing."""

@@ -6,16 +6,17 @@ import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hil_tests.bench.chronicle import mark_of
 from hil_tests.errors import BenchError
 from hil_tests.reporting.pcapng import PcapngSink
 from hil_tests.reporting.results import INTERRUPTED
 from hil_tests.reporting.rows import TestResult, TraceFile
 from hil_tests.reporting.rundir import RunDirectory
 from hil_tests.run import outcome, rows
+from hil_tests.run.draft import Draft
 from hil_tests.run.header import header
 from hil_tests.run.ledger import Account, Ledger
 from hil_tests.run.options import OPTIONS
@@ -70,6 +71,7 @@ class Run:
         """Tells of tests that take long; None = nobody waits."""
         self._bench: Bench | None = None
         self._sink: PcapngSink | None = None
+        self._draft: Draft | None = None
         self._test = ""
         self._claims: tuple[str, ...] = ()
         self._example = ""
@@ -115,16 +117,28 @@ class Run:
     # A test.
 
     def begin(self, test: str, claims: Sequence[str], *, keep_trace: bool) -> None:
-        """A test begins; with `keep_trace` its record is written as it comes."""
+        """A test begins; its record is written as it comes.
+
+        Args:
+            test: its node id.
+            claims: the requirements that it claims.
+            keep_trace: the record is kept; else it is that of the example under way, and is
+                kept where that is the one that fails.
+        """
         bench = self.bench
         self._test, self._claims, self._example = test, tuple(claims), ""
         self._sink = self._new_sink("") if keep_trace else None
+        self._draft = None if keep_trace else self._new_draft()
         self._before = rows.reading(bench)
-        self.ledger.begin(test, self.folder.relative(self._sink.path) if self._sink else None)
-        bench.begin(*([self._sink] if self._sink else []))
+        file = self._draft.sink if self._draft else self._sink
+        self.ledger.begin(test, self.folder.relative(file.path) if file else None)
+        sink = self._draft or self._sink
+        bench.begin(*([sink] if sink else []))
         self._ended_at = bench.now()
-        if self._sink:
-            self._sink.write(self._opening(bench))
+        if self._draft:
+            self._draft.write(bench.opening)
+        elif self._sink:
+            self._sink.write(self._opening(bench.opening))
         if self.progress is not None:
             self.progress.begin(bench, test)
 
@@ -134,14 +148,17 @@ class Run:
         flush = not self.plan.virtual
         return PcapngSink(path, interface=port.name, clock=port.clock, flush=flush)
 
-    def _opening(self, bench: Bench) -> Moment:
+    def _new_draft(self) -> Draft | None:
+        return Draft(self._new_sink("example"), self._opening)
+
+    def _opening(self, opening: Moment) -> Moment:
         """What the record of a test begins with: how the bench stands, and what is judged."""
         told = {
             "test": self._test,
             "requirements": list(self._claims),
             "settings": {key: self.plan.settings[key] for key in TOLD_SETTINGS},
         }
-        return replace(bench.opening, detail={**bench.opening.detail, **told})
+        return replace(opening, detail={**opening.detail, **told})
 
     def stand_in(self, test: str) -> bool:  # noqa: ARG002  a replay knows
         """Whether something else stands in for the body of a test."""
@@ -179,6 +196,11 @@ class Run:
 
     def keep(self, came_of_it: str = INTERRUPTED, text: str = "") -> TraceFile | None:
         """Close the record of the test; None = there is none."""
+        draft, self._draft = self._draft, None
+        if draft is not None and came_of_it == INTERRUPTED:
+            self._sink = draft.sink
+        elif draft is not None:
+            self._try(draft.drop)
         sink, bench = self._sink, self._bench
         if sink is None or bench is None:
             return None
@@ -194,25 +216,25 @@ class Run:
         return rows.trace_file(sink.path, self.folder.relative(sink.path), len(bench.trace))
 
     def keep_last_example(self, error: BaseException | None) -> None:
-        """Write the record in memory: the last example of a property that failed.
+        """Keep the record of the last example of a property: the one that failed.
 
         Args:
             error: what it failed with; Hypothesis notes on it how to repeat the example.
         """
-        bench = self._bench
         notes = "\n".join(getattr(error, "__notes__", ())).splitlines()
         self._example = next((line for line in notes if "@reproduce_failure" in line), "")
-        if bench is None or self._sink is not None:
-            return
+        draft, self._draft = self._draft, None
+        if draft is not None:
+            self._sink = draft.sink
+            path = self.folder.trace_path(self._test, "shrunk")
+            self._try(partial(draft.sink.rename, path))
+
+    def _try(self, write: Callable[[], None]) -> None:
+        """Write something; what goes wrong is a problem of the run."""
         try:
-            self._sink = self._new_sink("shrunk")
-            self._sink.write(self._opening(bench))
-            for entry in bench.trace.entries():
-                self._sink.write(entry)
-            for verdict in bench.verdicts:
-                self._sink.write(mark_of(verdict, self._ended_at))
-        except BenchError as broken:
-            self.ledger.problem(broken)
+            write()
+        except BenchError as error:
+            self.ledger.problem(error)
 
     def store(self, ending: Ending, why: str) -> TestResult:
         """Write the result of a test; `why` is the reason in a line."""

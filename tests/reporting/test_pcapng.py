@@ -343,6 +343,23 @@ def test_a_disk_that_fills_up_is_an_error_and_no_signal(tmp_path: Path) -> None:
     assert sum(isinstance(entry, Sighting) for entry in read_pcapng(path)) > 1000
 
 
+@pytest.mark.parametrize("flush", [True, False])
+def test_a_recording_can_begin_again_and_be_renamed(tmp_path: Path, flush: bool) -> None:
+    """Nothing of before is in it, whatever doubts there were."""
+    path, other = tmp_path / "t.pcapng", tmp_path / "u.pcapng"
+    with PcapngSink(path, interface="vcan0", clock="virtual time", flush=flush) as sink:
+        for entry in SAMPLE:
+            sink.write(entry)
+        sink.restart()
+        sink.write(SAMPLE[4])
+        sink.rename(other)
+        sink.write(SAMPLE[0])
+        with pytest.raises(BenchError, match="No such file"):
+            sink.rename(tmp_path / "none" / "t.pcapng")
+    assert list(read_pcapng(other)) == [SAMPLE[4], SAMPLE[0]]
+    assert not path.exists()
+
+
 def test_a_recording_can_be_read_while_it_grows(tmp_path: Path) -> None:
     """Each entry is there for readers as soon as it is written."""
     path = tmp_path / "t.pcapng"

@@ -15,7 +15,7 @@ import pytest
 from hil_tests.reporting.check import check_run
 from hil_tests.reporting.pcapng import read_pcapng
 from hil_tests.reporting.results_reader import load_results
-from hil_tests.trace import Moment
+from hil_tests.trace import Moment, Sighting
 from tests.drivers.peers import answer, scripted
 from tests.host.test_process import free_channel
 from tests.run.harness import (
@@ -100,6 +100,38 @@ def test_a_killed_run_leaves_valid_results_and_its_traces(tmp_path: Path) -> Non
     assert found.results[0].trace is not None
     assert list(read_pcapng(run / found.results[0].trace.path))
     assert verbs(run, "middle") == ["begin", "power"]
+
+
+EXAMPLES = """
+import os, signal
+from hypothesis import given, strategies as st
+
+@pytest.mark.requirement("HB-01")
+@given(beats=st.integers(1, 9))
+def test_property(bench, beats):
+    bench.begin_example()
+    bench.start(heartbeat_ms=100)
+    bench.wait(beats * 100 * MS)
+    if beats > 5:
+        with open(os.environ["HERE"], "w") as here:
+            here.write(str(beats))
+        os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_run_that_is_killed_in_an_example_keeps_its_record(tmp_path: Path) -> None:
+    """Of that example alone, every frame."""
+    here = tmp_path / "here"
+    run = judge_apart(tmp_path, EXAMPLES, HERE=str(here))
+    assert run.status == -signal.SIGKILL
+    (trace,) = run.traces()
+    found = list(read_pcapng(trace))
+    beats = [each for each in found if isinstance(each, Sighting) and each.frame.data == b"\x7f"]
+    assert len(beats) == int(here.read_text())
+    assert [each.what for each in found if isinstance(each, Moment)] == ["begin", "renew", "power"]
+    under_way = load_results(run.folder / "results.json").under_way
+    assert under_way is not None
+    assert under_way["trace"] == f"traces/{trace.name}"
 
 
 def test_a_killed_run_in_real_time_keeps_the_record_of_its_last_test(tmp_path: Path) -> None:

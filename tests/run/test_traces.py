@@ -74,6 +74,27 @@ def test_expectations_and_verdicts_stand_in_the_record(pytester: pytest.Pytester
     assert found.index(marks[0]) < boot < found.index(marks[1])
 
 
+def test_of_a_property_that_passed_nothing_is_kept(pytester: pytest.Pytester) -> None:
+    """But the counts."""
+    run = judge(
+        pytester,
+        """
+from hypothesis import given, strategies as st
+
+@pytest.mark.requirement("HB-01")
+@given(wait_ms=st.integers(0, 5000))
+def test_property(bench, wait_ms):
+    bench.begin_example()
+    bench.start(heartbeat_ms=100)
+    bench.wait(wait_ms * MS)
+""",
+    )
+    assert run.traces() == []
+    (row,) = run.results["results"]
+    assert (row["outcome"], row["trace"]) == ("passed", None)
+    assert row["frames"] > 100
+
+
 def test_the_shrunk_example_of_a_property_is_kept_whole(pytester: pytest.Pytester) -> None:
     """Its own beginning, what was done, its verdicts, and its end; of the others the count."""
     run = judge(

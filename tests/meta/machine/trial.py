@@ -242,6 +242,9 @@ class _Untraced(Run):
         """A test begins."""
         super().begin(test, claims, keep_trace=False)
 
+    def _new_draft(self) -> None:
+        """No record of an example either."""
+
 
 def _protocol(item: pytest.Item, after: pytest.Item | None) -> None:
     """Set up, run and report a test, as pytest does it."""
