@@ -201,7 +201,7 @@ def bench_findings(path: str) -> Iterator[Finding]:
     profile = load_profile(bench.device.profile or "keypad")
     has = ", ".join(bench.facilities) or "no facility"
     yield Finding(Sign.GOOD, "bench file", f"{path} is sound: {has}; profile {profile.name}")
-    if bench.device.commissioned is None:
+    if profile.kind == "keypad" and bench.device.commissioned is None:
         yield Finding(
             Sign.LACKING,
             "parameters",

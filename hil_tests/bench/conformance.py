@@ -108,10 +108,14 @@ def _server_checks(
     yield "", partial(protocol.garbage, line)
     yield "", partial(protocol.order, line)
     yield "power", partial(protocol.power, line)
-    yield "keys", partial(protocol.keys, line, keys)
-    yield "key-sequences", partial(protocol.sequences, line, keys)
-    yield "leds", partial(protocol.leds, line, leds)
-    yield "led-edges", partial(protocol.edges, line, leds)
+    if keys:
+        yield "keys", partial(protocol.keys, line, keys)
+        yield "key-sequences", partial(protocol.sequences, line, keys)
+    if profile.faults:
+        yield "faults", partial(protocol.faults, line, list(profile.faults))
+    if leds:
+        yield "leds", partial(protocol.leds, line, leds)
+        yield "led-edges", partial(protocol.edges, line, leds)
     yield "bus", partial(protocol.bus, line, bit_rate)
 
 
@@ -126,11 +130,16 @@ def check_stage(stage: Stage, profile: DeviceProfile) -> list[Finding]:
         (stages.own_frames, ""),
         (stages.waiting, ""),
         (stages.held_keys, "keys"),
+        (stages.raised_errors, "faults"),
         (stages.lights, "leds"),
         (stages.light_edges, "leds"),
     ]
+    lacks = {"keys": not profile.key_bits, "leds": not profile.led_bits}
+    lacks["faults"] = not profile.faults
     findings = []
     for check, needs in table:
+        if lacks.get(needs):
+            continue  # the device has none
         if needs and getattr(stage, needs) is None:
             findings.append(Finding(_sentence(check), skipped=f"the bench has no {needs}"))
         else:

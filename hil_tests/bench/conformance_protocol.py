@@ -209,6 +209,18 @@ def keys(line: Line, names: Sequence[str]) -> Sentences:
         yield "after an unknown key it refuses to release all keys"
 
 
+def faults(line: Line, names: Sequence[str]) -> Sentences:
+    """Every error of the profile can be raised, alone and with all others; unknown ones cannot."""
+    for active in (*([name] for name in names), list(names), []):
+        answer = line.must("faults", active=active)
+        yield from _at(line, answer.get("at"), "faults")
+    answer = line.ask("faults", active=["no such error"])
+    if answer["ok"]:
+        yield "an error that the device cannot have was accepted; refuse it with ok false"
+    if not line.ask("faults", active=[])["ok"]:
+        yield "after an unknown error it refuses to heal all errors"
+
+
 def sequences(line: Line, names: Sequence[str]) -> Sentences:
     """A timed sequence says when each of its steps happened, in order and in time."""
     key = names[0]

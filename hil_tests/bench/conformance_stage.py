@@ -175,6 +175,15 @@ def held_keys(tester: Tester, profile: DeviceProfile) -> Iterator[str]:
         yield "the steps of a sequence go back in time"
 
 
+def raised_errors(tester: Tester, profile: DeviceProfile) -> Iterator[str]:
+    """Every error of the profile can be raised and healed, and the bench says when."""
+    faults = tester.stage.faults
+    assert faults is not None
+    for active in (*({name} for name in profile.faults), set(profile.faults), set()):
+        name = f"errors {', '.join(sorted(active)) or 'healed'}"
+        yield from _took_effect(tester, partial(faults.fail, frozenset(active)), name)
+
+
 def lights(tester: Tester, profile: DeviceProfile) -> Iterator[str]:
     """Every LED of the profile is read as off, on or blink."""
     leds = tester.stage.leds

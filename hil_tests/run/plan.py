@@ -206,7 +206,7 @@ def _check(
     interface: str | None,
 ) -> None:
     """Whatever does not go together, all at once."""
-    wrong = _eds_problems(settings, profile)
+    wrong = [*_eds_problems(settings, profile), *_strange_parameters(bench, profile)]
     if settings["can_report_pdf"]:
         from hil_tests.reporting.html import why_not  # noqa: PLC0415 - jinja2, when needed
 
@@ -217,7 +217,7 @@ def _check(
             " udp_multicast, vcan, or virtual time (without --can-iface)"
         )
     if settings["can_mutant"]:
-        wrong += unknown_mutant(settings["can_mutant"])
+        wrong += unknown_mutant(settings["can_mutant"], profile.kind)
     if settings["can_mutant"] and device == EXTERNAL:
         wrong.append(
             f"--can-mutant {settings['can_mutant']} is a model, and the device on {channel} is"
@@ -245,6 +245,16 @@ def _eds_problems(settings: Settings, profile: DeviceProfile) -> list[str]:
     return []
 
 
+def _strange_parameters(bench: BenchFile | None, profile: DeviceProfile) -> list[str]:
+    """Parameters in a bench file that only a keypad has."""
+    known = bench.device.parameters if bench else None
+    if bench is None or known is None or profile.kind == "keypad":
+        return []
+    names = ", ".join(known.strange_to_cia301())
+    text = f"{bench.path}: device.parameters: a {profile.kind} has heartbeat_ms alone; remove"
+    return [f"{text} {names}"] if names else []
+
+
 def _unknown_budget(text: str | None) -> list[str]:
     """What is wrong with a time for stored scenarios."""
     try:
@@ -267,13 +277,16 @@ def _no_scenarios(texts: Sequence[str]) -> list[str]:
     return wrong
 
 
-def unknown_mutant(name: str) -> list[str]:
+def unknown_mutant(name: str, kind: str) -> list[str]:
     """What is wrong with the name of a mutant or variant, and what may have been meant."""
-    from node_model.faults import MUTANTS, VARIANTS  # noqa: PLC0415 - only where one is named
+    from node_model.faults import MODELS, mutants_of, variants_of  # noqa: PLC0415 - where named
 
-    known = [*MUTANTS, *VARIANTS]
+    known = [*mutants_of(kind), *variants_of(kind)]
     if name in known:
         return []
+    if name in MODELS:
+        other = MODELS[name].kind
+        return [f"--can-mutant {name} is a {other}, and the profile is of a {kind}"]
     close = difflib.get_close_matches(name.lower()[:64], known, 3)
     hint = f"did you mean {', '.join(close)}? " if close else ""
     return [f"--can-mutant {name[:64]}: no such model; {hint}--can-mutant list names them all"]

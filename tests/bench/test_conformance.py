@@ -17,7 +17,7 @@ import pytest
 from hil_tests.bench.conformance import Finding, check_server, check_stage, main, wrong
 from hil_tests.bench.virtual import VirtualPort, VirtualStage
 from hil_tests.clock import MS, S
-from hil_tests.config import load_keypad
+from hil_tests.config import load_keypad, load_profile
 from hil_tests.trace import Sighting
 from node_model import devices
 from node_model.frame import Frame
@@ -48,6 +48,15 @@ def test_what_a_stage_lacks_is_not_checked() -> None:
     findings = check_stage(stage, PROFILE)
     assert wrong(findings) == []
     assert [each.skipped for each in findings if each.skipped] == ["the bench has no leds"] * 2
+
+
+def test_the_stage_of_a_drive_passes() -> None:
+    """Errors in place of keys and LEDs."""
+    findings = check_stage(VirtualStage(devices.read("drive")), load_profile("drive"))
+    assert wrong(findings) == []
+    assert not [each for each in findings if each.skipped]
+    assert [each for each in findings if each.check.startswith("Every error of the profile")]
+    assert len(findings) == 4
 
 
 class Twice(VirtualPort):
@@ -120,6 +129,16 @@ def model_server(*arguments: str) -> Iterator[tuple[str, str]]:
     options = ("--channel", channel, "--control", "tcp:127.0.0.1:0", *arguments)
     with hosted(*options) as (_, ready):
         yield channel, ready.split()[1].removeprefix("control=")
+
+
+@pytest.mark.slow
+def test_the_control_server_of_a_hosted_drive_passes() -> None:
+    """Its errors can be raised, one by one and together; unknown ones are refused."""
+    with model_server("--profile", "drive") as (_, address):
+        has = ["power", "faults", "bitrate"]
+        findings = check_server(address, has, load_profile("drive"), RATE)
+    assert wrong(findings) == []
+    assert [each for each in findings if each.check.startswith("Every error of the profile")]
 
 
 @pytest.mark.slow

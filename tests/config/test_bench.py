@@ -241,3 +241,13 @@ def test_all_errors_are_told_at_once(tmp_path: Path) -> None:
         "leds.driver",
         "power.driver",
     ]
+
+
+def test_errors_of_a_device_are_raised_by_a_server_or_by_a_person(tmp_path: Path) -> None:
+    """A facility like the others; other drivers there are none."""
+    bench = load_bench(written(tmp_path, '[faults]\ndriver = "operator"\ntimeout = "3 min"\n'))
+    assert bench.facilities == ("faults",)
+    assert bench.faults is not None
+    assert (bench.faults.driver, bench.faults.timeout_ns) == ("operator", 180 * S)
+    with pytest.raises(ConfigError, match=r"faults.driver: 'interface': unknown word"):
+        load_bench(written(tmp_path, '[faults]\ndriver = "interface"\n'))

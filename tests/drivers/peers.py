@@ -19,7 +19,7 @@ Reply = bytes | None | Callable[[dict[str, Any]], bytes | None]
 HELLO: dict[str, Any] = {
     "protocol": 1,
     "device": "scripted",
-    "can": ["power", "keys", "key-sequences", "leds", "led-edges", "bus", "health"],
+    "can": ["power", "keys", "key-sequences", "leds", "led-edges", "faults", "bus", "health"],
     "clock": "same",
 }
 

@@ -12,6 +12,7 @@ import pytest
 
 from hil_tests.bench.drivers.control import (
     ControlBitRate,
+    ControlFaults,
     ControlHealth,
     ControlKeys,
     ControlLeds,
@@ -127,7 +128,7 @@ def test_requests_are_those_of_the_protocol(tmp_path: Path) -> None:
         seen.append(request)
         return answer(at=None, late=[], leds={"aut": "on", "k3": "off"})(request)
 
-    with session(tmp_path, *[note] * 6, clock=None) as peer:
+    with session(tmp_path, *[note] * 7, clock=None) as peer:
         keys = ControlKeys(peer)
         assert keys.timed_sequences
         for action in (
@@ -136,6 +137,7 @@ def test_requests_are_those_of_the_protocol(tmp_path: Path) -> None:
             keys.sequence([(0, frozenset({"aut"})), (4 * MS, frozenset())]),
             ControlLeds(peer, LEDS).read(),
             ControlBitRate(peer).set(125_000),
+            ControlFaults(peer).fail(frozenset({"vendor", "encoder"})),
             ControlHealth(peer).late(),
         ):
             finish(action, peer.clock)
@@ -148,6 +150,7 @@ def test_requests_are_those_of_the_protocol(tmp_path: Path) -> None:
         {"do": "keys", "sequence": [[0.0, ["aut"]], [0.004, []]]},
         {"do": "leds"},
         {"do": "bus", "bitrate": 125_000},
+        {"do": "faults", "active": ["encoder", "vendor"]},
         {"do": "health"},
     ]
 

@@ -7,7 +7,12 @@ from collections.abc import Iterator
 
 import pytest
 
-from hil_tests.bench.drivers.operator import OperatorKeys, OperatorLeds, OperatorPower
+from hil_tests.bench.drivers.operator import (
+    OperatorFaults,
+    OperatorKeys,
+    OperatorLeds,
+    OperatorPower,
+)
 from hil_tests.bench.drivers.terminal import Terminal, ask_yes_no
 from hil_tests.clock import Interval, S
 from hil_tests.errors import BenchError, OperatorAbsent
@@ -187,3 +192,17 @@ def test_what_no_hand_can_do_is_refused(desk: Desk) -> None:
         keys.sequence([(0, frozenset())])
     with pytest.raises(BenchError, match="cannot time"):
         leds.watch(S)
+
+
+def test_the_operator_makes_exactly_the_errors_that_are_asked_for(desk: Desk) -> None:
+    """By name, or none at all."""
+    driver = OperatorFaults(desk.terminal)
+    for active, said in (
+        (frozenset({"hot", "encoder"}), "Make exactly these errors exist: encoder, hot"),
+        (frozenset[str](), "Remove every error"),
+    ):
+        question = driver.fail(active)
+        question.start(desk.now)
+        assert said in desk.shown()
+        desk.types(b"\n")
+        question.poll(desk.now)

@@ -2,7 +2,7 @@
 
     python -m tests.meta.matrix                  every mutant and every variant
     python -m tests.meta.matrix NAME [NAME ...]  these alone
-    python -m tests.meta.matrix --write-docs     all, and docs/mutants.md is written again
+    python -m tests.meta.matrix --write-docs     all, and docs/mutants*.md are written again
     python -m tests.meta.matrix --table FILE     nothing is run: an earlier table is judged again
 
 Every test runs on every model, in virtual time, strictly; see `proving` for how and `proof`
@@ -17,20 +17,22 @@ import json
 import os
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
 from hil_tests.reporting.rundir import RunDirectory, replace_file
-from hil_tests.requirements import load
-from node_model.faults import MUTANTS, VARIANTS
+from tests.meta.models import KINDS, Kind
 from tests.meta.proof import Proof, function_of, load_listed, problems, prove
 from tests.meta.proof_pages import as_data, from_data, page
 from tests.meta.proving import ROOT, Suite, Trial, collect, try_each
 
-DOCS = ROOT / "docs" / "mutants.md"
-EVERYBODY = ("", *MUTANTS, *VARIANTS)
-"""The right keypad first: what harms it harms everybody."""
+DOCS = {
+    "keypad": ROOT / "docs" / "mutants.md",
+    "drive": ROOT / "docs" / "mutants-drive.md",
+}
+EVERYBODY = tuple(name for kind in KINDS.values() for name in (kind.name, *kind.everybody[1:]))
+"""The right model of each kind goes by the name of the kind."""
 
 
 def arguments(words: Sequence[str]) -> argparse.Namespace:
@@ -42,7 +44,8 @@ def arguments(words: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m tests.meta.matrix", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help="of a mutant or variant")
     parser.add_argument("--table", type=Path, metavar="FILE", help="matrix.json of an earlier run")
-    parser.add_argument("--write-docs", action="store_true", help="write docs/mutants.md")
+    parser.add_argument("--kind", choices=KINDS, help="only the models of this kind")
+    parser.add_argument("--write-docs", action="store_true", help="write docs/mutants*.md")
     help_text = "so many models at once (default: one a core); 0 = all in this process"
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help=help_text)
     parser.add_argument("--reports", type=Path, default=ROOT / "reports")
@@ -65,7 +68,7 @@ def line_of(suite: Suite, trial: Trial) -> str:
     else:
         good, text = not proof.harmed[name], "HARMED" if proof.harmed[name] else "spared"
     mark = "ok " if good and name not in proof.broken else "BAD"
-    return f"{mark} {name or 'the keypad itself':44s} {trial.seconds:5.1f} s  {text}"
+    return f"{mark} {name or proof.kind.title:44s} {trial.seconds:5.1f} s  {text}"
 
 
 def run(suite: Suite, names: Sequence[str], workers: int) -> Proof:
@@ -77,28 +80,49 @@ def run(suite: Suite, names: Sequence[str], workers: int) -> Proof:
     return prove(suite, [trials[name] for name in names])
 
 
+def wanted(kind: Kind, chosen: argparse.Namespace) -> list[str]:
+    """The models of a kind that were asked for; the right one is called "" from here on."""
+    if chosen.kind not in {None, kind.name}:
+        return []
+    own = {kind.name: ""}
+    names = [own.get(name, name) for name in chosen.names]
+    return [name for name in names if name in kind.everybody] if names else list(kind.everybody)
+
+
+def proofs_of(chosen: argparse.Namespace) -> Iterator[Proof]:
+    """The table of each kind of which models were asked for."""
+    data = json.loads(chosen.table.read_text("utf-8")) if chosen.table else None
+    for kind in KINDS.values():
+        names = wanted(kind, chosen)
+        if data is not None:
+            yield from_data(data, kind)
+        elif names:
+            yield run(collect(f"--can-profile={kind.name}"), names, chosen.workers)
+
+
 def main(words: Sequence[str]) -> int:
     """Print the matrix, write it down; exit status 1 where something is wrong with the suite."""
     chosen = arguments(words)
     began = time.monotonic()
-    requirements, listed = load("keypad"), load_listed()
-    if chosen.table:
-        proof = from_data(json.loads(chosen.table.read_text("utf-8")))
-    else:
-        proof = run(collect(), chosen.names or EVERYBODY, chosen.workers)
-    models = {*proof.killers, *proof.harmed}
-    wrong = list(problems(proof, requirements, listed, whole=models == set(EVERYBODY)))
+    wrong: list[str] = []
+    proofs = []
+    for proof in proofs_of(chosen):
+        listed = load_listed(proof.kind.reasons)
+        whole = {*proof.killers, *proof.harmed} == set(proof.kind.everybody)
+        wrong += problems(proof, listed, whole=whole)
+        proofs.append(proof)
+        if chosen.write_docs:
+            DOCS[proof.kind.name].write_text(page(proof, listed), "utf-8")
     seconds = time.monotonic() - began
     table = chosen.table
     if not table:
         table = RunDirectory.create(chosen.reports, datetime.now(UTC)).path / "matrix.json"
-        data = as_data(proof, wrong, seconds)
+        data = as_data(proofs, wrong, seconds)
         replace_file(table, json.dumps(data, indent=1).encode())
-    if chosen.write_docs:
-        DOCS.write_text(page(proof, requirements, listed), "utf-8")
     for line in wrong:
         print(line)  # noqa: T201
-    print(f"{len(models)} models in {seconds:.0f} s, {len(wrong)} problems; {table}")  # noqa: T201
+    count = sum(len(proof.killers) + len(proof.harmed) for proof in proofs)
+    print(f"{count} models in {seconds:.0f} s, {len(wrong)} problems; {table}")  # noqa: T201
     return int(bool(wrong))
 
 

@@ -15,12 +15,13 @@ from pathlib import Path
 from typing import Any
 
 from hil_tests.errors import NotAcknowledged
-from hil_tests.requirements import Kind, Requirement
+from hil_tests.requirements import Kind
 from hil_tests.run import outcome
-from node_model.faults import MUTANTS, VARIANTS, Mutant, Variant
+from node_model.faults import Mutant, Variant
+from tests.meta.models import KINDS
+from tests.meta.models import Kind as DeviceKind
 from tests.meta.proving import Result, Suite, Trial
 
-LISTED = Path(__file__).with_name("matrix.toml")
 BAD = (outcome.FAILED, outcome.ERROR, outcome.INCONCLUSIVE)
 
 
@@ -37,7 +38,7 @@ class Listed:
     collateral: Mapping[str, Mapping[str, str]]
 
 
-def load_listed(path: Path = LISTED) -> Listed:
+def load_listed(path: Path) -> Listed:
     """The reasons in a file."""
     document: dict[str, Any] = tomllib.loads(path.read_text("utf-8"))
     return Listed(document.get("idle", {}), document.get("collateral", {}))
@@ -72,6 +73,7 @@ class Proof:
     """The table, and what is wrong with it.
 
     Args:
+        kind: of the devices.
         kills: mutant -> requirement -> the tests that claim it and fail on it.
         killers: mutant -> the tests that kill it, see `blames`.
         false: mutant -> requirement that it does not violate -> tests that fail on it.
@@ -84,6 +86,7 @@ class Proof:
             verdict to an observation, and is no false blame.
     """
 
+    kind: DeviceKind = KINDS["keypad"]
     kills: dict[str, dict[str, list[str]]] = field(default_factory=dict)
     killers: dict[str, list[str]] = field(default_factory=dict)
     false: dict[str, dict[str, list[str]]] = field(default_factory=dict)
@@ -98,10 +101,10 @@ class Proof:
         errors = [f"{r.test}: {r.text}" for r in trial.results if _crashed(r)]
         if trial.broken or errors:
             self.broken[trial.model] = [trial.broken] if trial.broken else errors
-        if trial.model in MUTANTS:
-            self._add_mutant(MUTANTS[trial.model], trial)
+        if trial.model in self.kind.mutants:
+            self._add_mutant(self.kind.mutants[trial.model], trial)
         else:
-            harm = list(harm_of(VARIANTS.get(trial.model), trial))
+            harm = list(harm_of(self.kind.variants.get(trial.model), trial))
             self.harmed[trial.model] = harm
 
     def _add_mutant(self, mutant: Mutant, trial: Trial) -> None:
@@ -150,6 +153,7 @@ def prove(suite: Suite, trials: Iterable[Trial]) -> Proof:
     """The table of some trials."""
     kinds = suite.plan.requirements.items()
     proof = Proof(
+        kind=KINDS[suite.plan.profile.kind],
         claims={case.test: case.claims for case in suite.cases},
         readings=frozenset(name for name, each in kinds if each.kind is Kind.DERIVED),
     )
@@ -174,38 +178,35 @@ def harm_of(variant: Variant | None, trial: Trial) -> Iterator[str]:
                 yield f"{result.test}: {finding.text}"
 
 
-def without_mutant(requirements: Mapping[str, Requirement]) -> list[str]:
-    """Requirements that are judged, and that no mutant violates."""
-    violated = {name for mutant in MUTANTS.values() for name in mutant.violates}
-    judged = (name for name, each in requirements.items() if each.kind is not Kind.CHOICE)
-    return [name for name in judged if name not in violated]
+def without_mutant(kind: DeviceKind) -> list[str]:
+    """Requirements that are to be proven, and that no mutant violates."""
+    violated = {name for mutant in kind.mutants.values() for name in mutant.violates}
+    return [name for name in kind.proven() if name not in violated]
 
 
-def problems(
-    proof: Proof, requirements: Mapping[str, Requirement], listed: Listed, *, whole: bool
-) -> Iterator[str]:
+def problems(proof: Proof, listed: Listed, *, whole: bool) -> Iterator[str]:
     """What fails the build, a line each.
 
     Args:
         proof: the table.
-        requirements: the catalogue.
         listed: what is known and has a reason.
         whole: every mutant and every variant was tried; only then can tests be idle, and
             reasons be stale.
     """
+    mutants = proof.kind.mutants
     for name, errors in proof.broken.items():
-        yield f"broken: {name}: {errors[0]}" + (
+        yield f"broken: {name or proof.kind.title}: {errors[0]}" + (
             f" (and {len(errors) - 1} more)" * bool(errors[1:])
         )
     for name in proof.survivors:
-        yield f"survivor: {name} violates {', '.join(MUTANTS[name].violates)}; nobody says so"
+        yield f"survivor: {name} violates {', '.join(mutants[name].violates)}; nobody says so"
     for name, harm in proof.harmed.items():
         if harm:
-            yield f"harmed: {name or 'the keypad itself'}: {harm[0]} ({len(harm)} in all)"
+            yield f"harmed: {name or proof.kind.title}: {harm[0]} ({len(harm)} in all)"
     yield from _false_blames(proof, listed, whole=whole)
     if whole:
-        yield from (f"no mutant: {name}" for name in without_mutant(requirements))
-        yield from _idle(proof, requirements, listed)
+        yield from (f"no mutant: {name}" for name in without_mutant(proof.kind))
+        yield from _idle(proof, listed)
 
 
 def _false_blames(proof: Proof, listed: Listed, *, whole: bool) -> Iterator[str]:
@@ -218,17 +219,17 @@ def _false_blames(proof: Proof, listed: Listed, *, whole: bool) -> Iterator[str]
             if requirement not in false:
                 yield f"stale reason: {name} is not blamed for {requirement} any more"
     if whole:
-        for name in listed.collateral.keys() - MUTANTS.keys():
+        for name in listed.collateral.keys() - proof.kind.mutants.keys():
             yield f"stale reason: there is no mutant {name}"
 
 
-def _idle(proof: Proof, requirements: Mapping[str, Requirement], listed: Listed) -> Iterator[str]:
-    """Tests that kill nothing, though they judge."""
+def _idle(proof: Proof, listed: Listed) -> Iterator[str]:
+    """Tests that kill nothing, though they claim what is to be proven."""
+    proven = set(proof.kind.proven())
     idle = {
         test
         for test, mutants in proof.killed_by().items()
-        if not mutants
-        and any(requirements[name].kind is not Kind.CHOICE for name in proof.tests[test])
+        if not mutants and proven.intersection(proof.tests[test])
     }
     yield from (f"idle: {test} kills no mutant" for test in sorted(idle - listed.idle.keys()))
     for test in sorted(listed.idle.keys() - idle):

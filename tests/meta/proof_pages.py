@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from hil_tests.requirements import Requirement
-from node_model.faults import MUTANTS, VARIANTS
+from tests.meta.models import Kind as DeviceKind
 from tests.meta.proof import Listed, Proof, function_of
 
 SCHEMA = "nodeproof-matrix/1"
 SHOWN = 4
 """So many tests are named in a row; the others are counted."""
 
-HEAD = """# Mutants and variants
+HEAD = """# {title}: mutants and variants
 
-The acceptance suite is proved by putting it in front of faulty keypads, which it must find, and of
+The acceptance suite is proved by putting it in front of faulty {kind}s, which it must find, and of
 different but conforming ones, which it must spare. `tox -e mutants` does that with every test, in
 virtual time. It fails if a mutant survives, if a test blames a device for a requirement that it
 keeps, if a variant is harmed, if a judged requirement has no mutant, or if a test finds none. This
@@ -27,16 +26,24 @@ page is what it found; `python -m tests.meta.matrix --write-docs` writes it agai
 """
 
 
-def as_data(proof: Proof, wrong: Sequence[str], seconds: float) -> dict[str, Any]:
-    """The matrix as JSON values."""
+def as_data(proofs: Sequence[Proof], wrong: Sequence[str], seconds: float) -> dict[str, Any]:
+    """The matrix as JSON values: the models of all kinds in one table."""
+    parts = [_part(proof) for proof in proofs]
+    tables = ("mutants", "variants", "tests", "broken")
+    joined = {table: {k: v for part in parts for k, v in part[table].items()} for table in tables}
+    return {"schema": SCHEMA, "seconds": round(seconds, 1), **joined, "problems": list(wrong)}
+
+
+def _part(proof: Proof) -> dict[str, dict[str, Any]]:
+    """The table of one kind; its right model goes by the name of the kind."""
     alone = proof.sole_killers()
+    mutants, variants, kind = proof.kind.mutants, proof.kind.variants, proof.kind
     return {
-        "schema": SCHEMA,
-        "seconds": round(seconds, 1),
         "mutants": {
             name: {
-                "text": MUTANTS[name].text,
-                "violates": list(MUTANTS[name].violates),
+                "kind": kind.name,
+                "text": mutants[name].text,
+                "violates": list(mutants[name].violates),
                 "killed_by": proof.killers[name],
                 "kills": proof.kills[name],
                 "false_blames": proof.false[name],
@@ -44,52 +51,71 @@ def as_data(proof: Proof, wrong: Sequence[str], seconds: float) -> dict[str, Any
             for name in proof.killers
         },
         "variants": {
-            name: {
-                "text": VARIANTS[name].text if name else "the keypad itself",
-                "allowed_by": VARIANTS[name].allowed_by if name else "",
+            name or kind.name: {
+                "kind": kind.name,
+                "text": variants[name].text if name else kind.title,
+                "allowed_by": variants[name].allowed_by if name else "",
                 "harmed": harm,
             }
             for name, harm in proof.harmed.items()
         },
         "tests": {
-            test: {"claims": list(proof.tests[test]), "kills": kills, "alone": alone.get(test, [])}
+            test: {
+                "kind": kind.name,
+                "claims": list(proof.tests[test]),
+                "kills": kills,
+                "alone": alone.get(test, []),
+            }
             for test, kills in proof.killed_by().items()
         },
-        "broken": proof.broken,
-        "problems": list(wrong),
+        "broken": {name or kind.name: errors for name, errors in proof.broken.items()},
     }
 
 
-def from_data(data: Mapping[str, Any]) -> Proof:
-    """The table as it was written."""
-    mutants, variants, tests = data["mutants"], data["variants"], data["tests"]
+def from_data(data: Mapping[str, Any], kind: DeviceKind) -> Proof:
+    """The table of one kind as it was written."""
+    mutants, variants, tests = (
+        {name: each for name, each in data[table].items() if each["kind"] == kind.name}
+        for table in ("mutants", "variants", "tests")
+    )
+    own = {kind.name: ""}
     return Proof(
+        kind=kind,
         kills={name: each["kills"] for name, each in mutants.items()},
         killers={name: each["killed_by"] for name, each in mutants.items()},
         false={name: each["false_blames"] for name, each in mutants.items()},
-        harmed={name: each["harmed"] for name, each in variants.items()},
-        broken=dict(data["broken"]),
+        harmed={own.get(name, name): each["harmed"] for name, each in variants.items()},
+        broken={
+            own.get(name, name): errors
+            for name, errors in data["broken"].items()
+            if name in {*mutants, *variants}
+        },
         tests={name: tuple(each["claims"]) for name, each in tests.items()},
     )
 
 
-def page(proof: Proof, requirements: Mapping[str, Requirement], listed: Listed) -> str:
-    """docs/mutants.md."""
-    parts = [HEAD, _by_requirement(proof, requirements), _by_test(proof, listed), _variants()]
+def page(proof: Proof, listed: Listed) -> str:
+    """The page of one kind of device."""
+    kind = proof.kind
+    head = HEAD.format(kind=kind.name, title=kind.name.capitalize())
+    parts = [head, _by_requirement(proof), _by_test(proof, listed), _variants(kind)]
     if listed.collateral:
         parts.append(_collateral(listed))
     return "\n".join(parts)
 
 
-def _by_requirement(proof: Proof, requirements: Mapping[str, Requirement]) -> str:
+def _by_requirement(proof: Proof) -> str:
     lines = [
-        f"## {len(MUTANTS)} mutants, by the requirement that they violate",
+        f"## {len(proof.kind.mutants)} mutants, by the requirement that they violate",
         "",
         "A test stands beside a mutant if it claims the requirement and fails on it. Where there",
         "is none, the mutant is found by another requirement that it violates.",
     ]
-    for name, requirement in requirements.items():
+    proven = set(proof.kind.proven())
+    for name, requirement in proof.kind.requirements.items():
         rows = list(_mutant_rows(name, proof))
+        if not rows and name not in proven and not name.startswith(proof.kind.groups):
+            continue
         lines += ["", f"### {name} ({requirement.kind.value})", "", requirement.text]
         if rows:
             lines += ["", *_table(("mutant", "its fault", "killed by"), rows)]
@@ -97,7 +123,7 @@ def _by_requirement(proof: Proof, requirements: Mapping[str, Requirement]) -> st
 
 
 def _mutant_rows(requirement: str, proof: Proof) -> Iterator[tuple[str, ...]]:
-    for mutant in MUTANTS.values():
+    for mutant in proof.kind.mutants.values():
         if requirement in mutant.violates:
             kills = proof.kills.get(mutant.name, {})
             elsewhere = next(iter(kills), "its other requirements")
@@ -124,14 +150,14 @@ def _by_test(proof: Proof, listed: Listed) -> str:
     return "\n".join([*lines, ""])
 
 
-def _variants() -> str:
+def _variants(kind: DeviceKind) -> str:
     rows = [
         (f"`{each.name}`", each.text, each.allowed_by, ", ".join(each.departs))
-        for each in VARIANTS.values()
+        for each in kind.variants.values()
     ]
     text = "No test fails on any of these, but on readings of ours that it *departs from*."
     head = ("variant", "its difference", "allowed by", "departs from")
-    return "\n".join([f"## {len(VARIANTS)} variants", "", text, "", *_table(head, rows), ""])
+    return "\n".join([f"## {len(kind.variants)} variants", "", text, "", *_table(head, rows), ""])
 
 
 def _collateral(listed: Listed) -> str:

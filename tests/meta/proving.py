@@ -108,7 +108,7 @@ class Trial:
     """All tests on one model.
 
     Args:
-        model: its name; "" = the right keypad.
+        model: its name; "" = the right one.
         results: of every test that did not just pass, in their order.
         broken: why there is no result, "" = there is.
         seconds: of processor time.
@@ -170,12 +170,30 @@ def _shorten(test: Any) -> None:
     )
 
 
-def try_case(case: Case, bench: Bench, plan: Plan, *sinks: Sink) -> Result:
-    """Run a test as the plugin does, without files; its record goes to the sinks."""
+def try_case(
+    case: Case,
+    bench: Bench,
+    plan: Plan,
+    *sinks: Sink,
+    made: dict[str, object] | None = None,
+) -> Result:
+    """Run a test as the plugin does, without files; its record goes to the sinks.
+
+    Args:
+        case: the test.
+        bench: on which.
+        plan: of the run.
+        sinks: see `BenchCore.begin`.
+        made: tools that tests before asked for, by name; new ones are put there.
+    """
+    made = {} if made is None else made
     bench.begin(*sinks)
     error: BaseException | None = None
     try:
-        case.body(**case.parameters, **{name: tool(bench, name) for name in case.asks})
+        for name in case.asks:
+            if name not in made:
+                made[name] = tool(bench, name)
+        case.body(**case.parameters, **{name: made[name] for name in case.asks})
     except (Exception, pytest.fail.Exception, pytest.skip.Exception) as raised:  # noqa: BLE001
         error = raised
     found = bench.end()
@@ -201,11 +219,12 @@ def _findings(bench: Bench, claimed: str) -> Iterator[Finding]:
 
 
 def try_model(suite: Suite, name: str) -> Trial:
-    """Put one model under every test; "" = the right keypad."""
+    """Put one model under every test; "" = the right one."""
     began = time.process_time()
     plan = replace(suite.plan, mutant=name or None)
     bench = open_bench(plan)
-    results = [try_case(case, bench, plan) for case in suite.cases]
+    made: dict[str, object] = {}
+    results = [try_case(case, bench, plan, made=made) for case in suite.cases]
     told = tuple(each for each in results if each.outcome != outcome.PASSED or each.findings)
     return Trial(name, told, seconds=time.process_time() - began)
 
@@ -249,7 +268,7 @@ def try_each(suite: Suite, names: Iterable[str], workers: int) -> Iterator[Trial
 
     Args:
         suite: the tests.
-        names: of the models; "" = the right keypad.
+        names: of the models; "" = the right one.
         workers: 0 = all in this very process, one after the other.
     """
     if not workers:

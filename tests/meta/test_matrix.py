@@ -16,8 +16,9 @@ from typing import Any
 import pytest
 
 from hil_tests.requirements import Kind, load
-from node_model.faults import MUTANTS, VARIANTS
+from node_model.faults import MUTANTS
 from tests.meta.matrix import DOCS
+from tests.meta.models import KINDS
 from tests.meta.proof import Listed, Proof, blames, load_listed, problems, without_mutant
 from tests.meta.proving import ROOT, Finding, Result, Trial
 
@@ -135,7 +136,7 @@ def wrong(*trials: Trial, listed: Listed = NOTHING, whole: bool = False) -> list
     proof = Proof(tests=dict(TESTS))
     for each in trials:
         proof.add(each)
-    return list(problems(proof, load("keypad"), listed, whole=whole))
+    return list(problems(proof, listed, whole=whole))
 
 
 @pytest.mark.parametrize(
@@ -209,20 +210,22 @@ def test_an_idle_test_is_told_unless_it_has_a_reason() -> None:
 # What needs no run.
 
 
-def test_every_judged_requirement_has_a_mutant() -> None:
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_judged_requirement_has_a_mutant(kind: str) -> None:
     """Only what is left to the maker has none."""
-    assert without_mutant(load("keypad")) == []
+    assert without_mutant(KINDS[kind]) == []
 
 
-def test_every_reason_is_for_a_model_and_a_requirement_that_there_are() -> None:
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_reason_is_for_a_model_and_a_requirement_that_there_are(kind: str) -> None:
     """The list of reasons names mutants and requirements, each with a sentence."""
-    listed = load_listed()
-    requirements = load("keypad")
+    listed = load_listed(KINDS[kind].reasons)
+    requirements, mutants = load(kind), KINDS[kind].mutants
     for mutant, known in listed.collateral.items():
-        assert mutant in MUTANTS
+        assert mutant in mutants
         for requirement, reason in known.items():
             assert requirement in requirements
-            assert requirement not in MUTANTS[mutant].violates
+            assert requirement not in mutants[mutant].violates
             assert reason.endswith(".")
     assert all(reason.endswith(".") for reason in listed.idle.values())
 
@@ -233,27 +236,35 @@ def test_who_departs_from_a_reading_of_ours_alone_never_fails() -> None:
     readings = {name for name, kind in kinds.items() if kind is Kind.DERIVED}
     apart = [each for each in MUTANTS.values() if set(each.violates) <= readings]
     assert len(apart) >= 20
-    collateral = load_listed().collateral
+    collateral = load_listed(KINDS["keypad"].reasons).collateral
     assert {name for each in apart for name in collateral.get(each.name, ())} <= readings
 
 
-def rows(section: str) -> list[list[str]]:
-    """The cells of the table rows below a heading of the page, whatever stands deeper."""
-    text = DOCS.read_text("utf-8")
+def rows(kind: str, section: str) -> list[list[str]]:
+    """The cells of the table rows below a heading of a page, whatever stands deeper."""
+    text = DOCS[kind].read_text("utf-8")
     parts = re.split(r"^## ", text, flags=re.MULTILINE)[1:]
     (found,) = [each for each in parts if each.partition("\n")[0].endswith(section)]
     lines = [line for line in found.splitlines() if line.startswith("| `")]
     return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines]
 
 
-def test_the_page_lists_every_mutant_with_its_fault_and_what_it_violates() -> None:
-    """docs/mutants.md is as the registry is; `python -m tests.meta.matrix --write-docs`."""
-    listed = [(cells[0].strip("`"), cells[1]) for cells in rows("they violate")]
-    assert sorted(set(listed)) == sorted((m.name, m.text) for m in MUTANTS.values())
-    assert len(listed) == sum(len(m.violates) for m in MUTANTS.values())
+PAGES = ("keypad",)
+"""Kinds whose page is written."""
 
 
-def test_the_page_lists_every_variant_and_what_allows_it() -> None:
+@pytest.mark.parametrize("kind", PAGES)
+def test_the_page_lists_every_mutant_with_its_fault_and_what_it_violates(kind: str) -> None:
+    """docs/mutants*.md are as the registry is; `python -m tests.meta.matrix --write-docs`."""
+    listed = [(cells[0].strip("`"), cells[1]) for cells in rows(kind, "they violate")]
+    mutants = KINDS[kind].mutants.values()
+    assert sorted(set(listed)) == sorted((m.name, m.text) for m in mutants)
+    assert len(listed) == sum(len(m.violates) for m in mutants)
+
+
+@pytest.mark.parametrize("kind", PAGES)
+def test_the_page_lists_every_variant_and_what_allows_it(kind: str) -> None:
     """The other half of the registry."""
-    listed = [(cells[0].strip("`"), cells[1], cells[2]) for cells in rows("variants")]
-    assert listed == [(v.name, v.text, v.allowed_by) for v in VARIANTS.values()]
+    listed = [(cells[0].strip("`"), cells[1], cells[2]) for cells in rows(kind, "variants")]
+    variants = KINDS[kind].variants.values()
+    assert listed == [(v.name, v.text, v.allowed_by) for v in variants]

@@ -67,8 +67,9 @@ def opinion_of(suite: Suite, make: Callable[[int], ThirdParty]) -> Opinion:
     blamed: dict[str, list[str]] = {}
     texts: dict[str, str] = {}
     claimed: dict[str, bool] = {}
+    made: dict[str, object] = {}
     for case in suite.cases:
-        result = try_case(case, bench, plan)
+        result = try_case(case, bench, plan, made=made)
         outcomes[result.outcome] = outcomes.get(result.outcome, 0) + 1
         if result.outcome == outcome.ERROR:
             texts.setdefault("broken", f"{result.test}: {result.text}")

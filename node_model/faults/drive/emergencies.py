@@ -6,7 +6,6 @@ from node_model.drive import Drive
 from node_model.emcy import EMCY_BASE, EmergencyProducer, emcy_frame
 from node_model.faults.parts import Fault as Wrong
 from node_model.frame import Frame
-from node_model.nmt import NmtState
 from node_model.node import MS, US, Frames
 from node_model.service import Fault
 
@@ -42,7 +41,7 @@ class EmergencySentTwice(Wrong, EmergencyProducer):
 class EmergencyWithoutRegister(Wrong, EmergencyProducer):
     """Byte 2 of an emergency is 0 whatever the error register is."""
 
-    violates = ("EM-01", "C-EM-03")
+    violates = ("EM-01", "C-EM-03", "C-EM-21")
 
     def _tell(self, data: bytes, now: int) -> None:
         super()._tell(data[:2] + b"\0" + data[3:], now)
@@ -60,7 +59,7 @@ class EmergencyWithoutMakersBytes(Wrong, EmergencyProducer):
 class EmergencyOfTheNextNode(Wrong, EmergencyProducer):
     """Emergencies are sent with the identifier of the next node."""
 
-    violates = ("EM-01", "C-EM-01")
+    violates = ("EM-01", "C-EM-01", "C-RB-01")
 
     def can_id(self) -> int:
         return super().can_id() + 1
@@ -152,17 +151,6 @@ class EmergencyInStopped(Wrong, EmergencyProducer):
         return True
 
 
-class ErrorInStoppedIsForgotten(Wrong, EmergencyProducer):
-    """An error that comes in stopped is never told."""
-
-    violates = ("EM-08",)
-
-    def enter(self, state: NmtState, now: int) -> Frames:
-        if self.state is NmtState.STOPPED:
-            self._queue.clear()
-        return super().enter(state, now)
-
-
 class EmergencyInhibitIsIgnored(Wrong, EmergencyProducer):
     """Two emergencies follow each other at once, whatever 1015h says."""
 
@@ -233,7 +221,6 @@ FAULTS: tuple[type[Wrong], ...] = (
     EndOfErrorKeepsTheCode,
     ResetTellsTheEndOfErrors,
     EmergencyInStopped,
-    ErrorInStoppedIsForgotten,
     EmergencyInhibitIsIgnored,
     EmergencyInhibitTooShort,
     DisabledEmergencyIsSent,

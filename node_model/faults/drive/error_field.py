@@ -93,7 +93,7 @@ class FieldHasNewestOnly(Wrong, EmergencyProducer):
 class FieldIsNotCounted(Wrong, EmergencyProducer):
     """The number of errors in 1003h:00 stays 0."""
 
-    violates = ("EM-05", "C-EM-07")
+    violates = ("EM-05", "C-EM-07", "EM-04")
 
     def _push(self, entry: int) -> None:
         super()._push(entry)

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections import deque
+
+from node_model.faults.link import Effect, Travel, base_of
 from node_model.faults.parts import Fault
+from node_model.frame import Frame
 from node_model.nmt import NmtState
-from node_model.node import US, Frames
+from node_model.node import MS, US, Frames
 from node_model.pdo import PdoService, Rpdo
-from node_model.sync import CYCLE_PERIOD, SyncService
+from node_model.sync import CYCLE_PERIOD, SYNC_COB_ID, SyncService
+
+SDO_ANSWER = 0x580
 
 
 class WindowOpenForSending(Fault, PdoService):
@@ -49,7 +55,7 @@ class WindowInAnotherUnit(Fault, SyncService):
 class WindowOfZeroIsShut(Fault, SyncService):
     """With 1007h = 0 no synchronous PDO is in time."""
 
-    violates = ("SYN-05",)
+    violates = ("SYN-05", "SYN-01", "SYN-02", "SYN-06", "C-TP-03", "C-TP-04", "C-TP-11", "C-RP-02")
 
     def is_open(self, now: int) -> bool:
         return self.window_ns() > 0 and super().is_open(now)
@@ -223,7 +229,29 @@ class SyncIdentifierChangesInUse(Fault, SyncService):
         pass
 
 
+class SdoStarvesUnderSync(Fault, Effect):
+    """While SYNCs come every 25 ms or more often SDO requests are not answered."""
+
+    violates = ("SYN-04",)
+
+    def __init__(self) -> None:
+        self._syncs: deque[int] = deque(maxlen=4)
+
+    def incoming(self, frame: Frame, now: int) -> Travel:
+        if frame.can_id == SYNC_COB_ID:
+            self._syncs.append(now)
+        return super().incoming(frame, now)
+
+    def picks(self, frame: Frame) -> bool:
+        return base_of(frame) == SDO_ANSWER
+
+    def change(self, frame: Frame, now: int) -> Travel:
+        busy = len(self._syncs) == 4 and now - self._syncs[0] < 4 * 25 * MS
+        return () if busy else super().change(frame, now)
+
+
 FAULTS: tuple[type[Fault], ...] = (
+    SdoStarvesUnderSync,
     WindowOpenForSending,
     WindowOpenForReceiving,
     WindowForEventsToo,

@@ -4,22 +4,9 @@ from __future__ import annotations
 
 from node_model.faults.parts import Fault
 from node_model.frame import Frame
-from node_model.node import MS, US, Frames
+from node_model.node import MS, US
 from node_model.pdo import PdoService, Tpdo
 from node_model.pdo.parameters import EVENTS
-
-
-class TpdoSampledBeforeRpdo(Fault, PdoService):
-    """With a SYNC TPDOs are sampled before the RPDOs have taken effect."""
-
-    violates = ("SYN-01",)
-
-    def on_sync(self, counter: int | None, now: int) -> Frames:
-        if not self.may_act():
-            return ()
-        self._waiting = self.sample(counter, now)
-        self.take_received(now)
-        return self._send_synchronous(now)
 
 
 class TpdoOfTheLastSync(Fault, Tpdo):
@@ -228,7 +215,6 @@ class TpdoLivesWithoutBeingValid(Fault, Tpdo):
 
 
 FAULTS: tuple[type[Fault], ...] = (
-    TpdoSampledBeforeRpdo,
     TpdoOfTheLastSync,
     TpdoLongAfterSync,
     TpdoEverySyncButOne,

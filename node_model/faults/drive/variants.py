@@ -223,6 +223,30 @@ class CallsMappingInUseAGeneralError(Deviation, PdoParameters):
         super()._guard_mapping(sub, data)
 
 
+class ForgetsErrorsInStopped(Deviation, EmergencyProducer):
+    """An error that comes in stopped is never told."""
+
+    allowed_by = "EM-08"
+
+    def enter(self, state: NmtState, now: int) -> Frames:
+        if self.state is NmtState.STOPPED:
+            self._queue.clear()
+        return super().enter(state, now)
+
+
+class SamplesBeforeItTakesSetPoints(Deviation, PdoService):
+    """With a SYNC TPDOs are sampled before the RPDOs have taken effect."""
+
+    allowed_by = "SYN-01"
+
+    def on_sync(self, counter: int | None, now: int) -> Frames:
+        if not self.may_act():
+            return ()
+        self._waiting = self.sample(counter, now)
+        self.take_received(now)
+        return self._send_synchronous(now)
+
+
 DEVIATIONS: tuple[type[Deviation], ...] = (
     FirstBeatAtOnce,
     FirstBeatSoonAfterBootUp,
@@ -244,4 +268,6 @@ DEVIATIONS: tuple[type[Deviation], ...] = (
     NoEventPdoAtStart,
     SlowToSendSynchronousPdos,
     CallsMappingInUseAGeneralError,
+    ForgetsErrorsInStopped,
+    SamplesBeforeItTakesSetPoints,
 )
