@@ -334,13 +334,19 @@ class Cia301Device:
         Args:
             settings: node_id, bit_rate in bit/s, heartbeat_ms; what is not named is as the
                 factory made it.
+
+        Raises:
+            ValueError: a heartbeat of a device that has none.
         """
         node_id, bit_rate = self._line.load()
         self._line.save(settings.get("node_id", node_id), settings.get("bit_rate", bit_rate), 0)
         self._line.store.finish()
-        if "heartbeat_ms" in settings:
-            period = settings["heartbeat_ms"].to_bytes(2, "little")
-            self.services.nonvolatile.store.save(encode({(PRODUCER_TIME, 0): period}), 0)
+        period = settings.get("heartbeat_ms")
+        if period and PRODUCER_TIME not in self.od:
+            raise ValueError(f"this {self.name} has no 1017h, and so no heartbeat_ms {period}")
+        if period is not None and PRODUCER_TIME in self.od:
+            stored = {(PRODUCER_TIME, 0): period.to_bytes(2, "little")}
+            self.services.nonvolatile.store.save(encode(stored), 0)
             self.services.nonvolatile.finish()
         return self.image()
 
@@ -381,8 +387,7 @@ class Cia301Device:
         Raises:
             ValueError: always.
         """
-        refuse_strangers("LED", frozenset((led,)), self.leds, self.name)
-        return False
+        raise ValueError(f"no LED {led}; this {self.name} has none")
 
     def lamp_change(self, now: int) -> int | None:  # noqa: ARG002  a verb of every panel
         """It has no LEDs."""

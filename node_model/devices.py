@@ -92,7 +92,7 @@ class Blueprint(Generic[F]):
             if key not in self.memories:
                 self.memories[key] = self.kind.memory(self.facts, settings)
             return self.memories[key]
-        except TypeError as error:
+        except (TypeError, ValueError) as error:
             raise UnknownDeviceError(f"a {self.kind.name} is not set up so: {error}") from None
 
     def with_node_id(self, node_id: int) -> Blueprint[F]:

@@ -64,9 +64,7 @@ class Objects:
         self._server.enter(state, now)
 
     def serve(self, frame: Frame, now: int) -> Frames:
-        """A request, if it is one; its answer."""
-        if frame.remote or frame.extended:
-            return ()
+        """A data frame with the identifier of requests; its answer."""
         self._show()
         return self._server.receive(frame, now)
 

@@ -186,6 +186,24 @@ def test_modes_are_shown() -> None:
         rig.write(0x6060, 0, 3, 1)
 
 
+def test_a_mode_that_it_has_already_is_no_news() -> None:
+    """No PDO tells of it."""
+    assert running().write(0x6060, 0, 8, 1) == []
+
+
+def test_a_set_point_for_others_does_not_concern_it() -> None:
+    """An RPDO may carry any object; the axis heeds its own."""
+    rig = running(0x80)
+    rig.write(0x1602, 1, 0x2013_0108, 4)
+    rig.write(0x1602, 0, 1, 1)
+    rig.write(0x1402, 2, 255, 1)
+    rig.write(0x1402, 1, 0x405, 4)
+    rig.nmt(1)
+    rig(110)
+    assert rig.send(0x405, 0x77) == []
+    assert (rig.read(0x2013, 1), rig.read(0x6041)) == (0x77, 0x0240)
+
+
 def test_only_reset_node_ends_a_motion() -> None:
     """Reset communication leaves the application alone."""
     rig = enabled()

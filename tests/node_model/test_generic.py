@@ -80,6 +80,15 @@ def test_settings_live_in_its_memory() -> None:
     assert rig.device.bit_rate == 125_000
 
 
+def test_a_device_without_heartbeat_is_set_to_none(tmp_path: Path) -> None:
+    """Zero it has; anything else it cannot be set to."""
+    blueprint = read("generic", eds=small(tmp_path))
+    rig = Rig(blueprint.make(blueprint.memory({"node_id": 7, "heartbeat_ms": 0})), 7)
+    assert rig.power_on(2000) == [Frame(0x707, b"\0")]
+    with pytest.raises(UnknownDeviceError, match="has no 1017h, and so no heartbeat_ms 20"):
+        blueprint.memory({"heartbeat_ms": 20})
+
+
 def test_a_profile_names_its_sheet(tmp_path: Path) -> None:
     """Beside it, or one that is shipped; and the unit of its window."""
     small(tmp_path)

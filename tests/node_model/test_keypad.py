@@ -154,3 +154,12 @@ def test_the_earliest_of_deadlines_leaves_out_none() -> None:
     assert earliest() is None
     assert earliest(None, None) is None
     assert earliest(None, 3, 2, None, 5) == 2
+
+
+def test_it_has_no_errors_to_raise() -> None:
+    """A bench can raise none; a name is refused."""
+    pad = Keypad(load())
+    assert pad.faults == ()
+    assert list(pad.fail(frozenset(), 0)) == []
+    with pytest.raises(ValueError, match="no fault heat; this keypad has none"):
+        pad.fail(frozenset(("heat",)), 0)
