@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 
+from node_model.bare import Bare
 from node_model.composition import Facts, Parts, Services
 from node_model.frame import Frame
 from node_model.heartbeat import PRODUCER_TIME, heartbeat_frame
@@ -36,7 +37,7 @@ def has_deadlines(service: Service) -> bool:
     return type(service).deadline is not QuietService.deadline
 
 
-class Cia301Device:
+class Cia301Device(Bare):
     """A device that keeps the laws of a node.
 
     Args:
@@ -44,9 +45,6 @@ class Cia301Device:
         image: content of its memory, e.g. from an earlier life; b"" = as it left the factory.
         parts: the classes it is made of.
     """
-
-    keys: tuple[str, ...] = ()
-    leds: tuple[str, ...] = ()
 
     def __init__(self, facts: Facts, image: bytes = b"", parts: Parts | None = None) -> None:
         self.facts = facts
@@ -371,27 +369,6 @@ class Cia301Device:
     def heal(self, name: str, now: int) -> Frames:
         """An error of the application goes."""
         return self.services.emcy.heal(name, now)
-
-    def hold(self, held: frozenset[str], now: int) -> Frames:  # noqa: ARG002  a verb of every panel
-        """It has no keys.
-
-        Raises:
-            ValueError: a name.
-        """
-        refuse_strangers("key", held, self.keys, self.name)
-        return NOTHING
-
-    def lit(self, led: str, now: int) -> bool:  # noqa: ARG002  a verb of every panel
-        """It has no LEDs.
-
-        Raises:
-            ValueError: always.
-        """
-        raise ValueError(f"no LED {led}; this {self.name} has none")
-
-    def lamp_change(self, now: int) -> int | None:  # noqa: ARG002  a verb of every panel
-        """It has no LEDs."""
-        return None
 
     def image(self) -> bytes:
         """Content of its memory: node id and bit rate, then its parameters."""
