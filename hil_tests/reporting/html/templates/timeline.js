@@ -417,21 +417,23 @@
       }
     }
     drawEvents(height) {
-      const lane = this.lanes.findIndex((each) => each.kind === 'events');
-      for (const [at, kind, text] of this.bus.events) {
-        if (at < this.from || at > this.to) continue;
-        const x = this.x(at);
+      this.notes('events', this.bus.events, (x, lane, [, kind]) => {
         if (kind === 'frames lost' || kind === 'receive overflow') this.hatch(x - 5, AXIS, 10, height - AXIS);
         this.fill('failed', x - 0.5, AXIS, 1, height - AXIS);
         this.fill('failed', x - 3, this.top(lane) + 4, 6, ROW - 8);
-        this.write(text, x + 6, this.top(lane) + ROW / 2, 'failed', 160);
-      }
-      const bench = this.lanes.findIndex((each) => each.kind === 'moments');
-      for (const [at, text] of this.bus.moments) {
-        if (at < this.from || at > this.to) continue;
-        this.fill('stimulus', this.x(at) - 1, this.top(bench) + 3, 3, ROW - 6);
-        this.write(text, this.x(at) + 6, this.top(bench) + ROW / 2, 'ink', 160);
-      }
+      }, 'failed');
+      this.notes('moments', this.bus.moments, (x, lane) => this.fill('stimulus', x - 1, this.top(lane) + 3, 3, ROW - 6), 'ink');
+    }
+    // Marks of a lane, each with as much of its text as there is room for before the next one.
+    notes(kind, all, mark, colour) {
+      const lane = this.lanes.findIndex((each) => each.kind === kind);
+      all.forEach((note, number) => {
+        const x = this.x(note[0]);
+        if (note[0] < this.from || note[0] > this.to) return;
+        const next = number + 1 < all.length ? this.x(all[number + 1][0]) : this.width;
+        mark(x, lane, note);
+        this.write(note[note.length - 1], x + 6, this.top(lane) + ROW / 2, colour, next - x - 9);
+      });
     }
 
     // From a cause to what it caused.
