@@ -63,7 +63,7 @@ class Sdo:
         request_id: int | None = None,
         answer_id: int | None = None,
     ) -> None:
-        self._bench = bench
+        self.bench = self._bench = bench
         self._within_ns = within_ns
         self._request_id = request_id
         self._answer_id = answer_id

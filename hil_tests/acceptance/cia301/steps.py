@@ -6,6 +6,8 @@ from collections.abc import Iterator
 
 from hil_tests.acceptance.nmt_steps import COMMAND_TO
 from hil_tests.api import (
+    LOOK_ON_NS,
+    MS,
     Abort,
     Cia301Bench,
     EdsObject,
@@ -21,8 +23,8 @@ from hil_tests.api import (
     u16,
 )
 
-QUICK_MS = 100
-"""A heartbeat that soon shows the state."""
+QUICK_MS, LONGEST_AWAITED_MS = 100, 200
+"""A heartbeat that soon shows the state, and the longest period whose first beat is awaited."""
 
 DEVICE_TYPE, ERROR_REGISTER, ERROR_FIELD = 0x1000, 0x1001, 0x1003
 SYNC_ID, CYCLE, WINDOW, OVERFLOW = 0x1005, 0x1006, 0x1007, 0x1019
@@ -34,7 +36,8 @@ IDENTITY, BEHAVIOUR = 0x1018, 0x1029
 RPDO, TPDO = 0x1400, 0x1800
 """Communication parameters of the first PDO; its mapping is 200h further on."""
 
-APPLICATION = range(0x2000, 0x10000)
+APPLICATION, WHOLE_AREA = range(0x2000, 0x10000), range(0x2000, 0xA000)
+"""Where objects of the application can be, and where their settings are."""
 LIFE_GUARD_CODE = 0x8130
 COMMUNICATION_BIT = 0x10
 REACTION = {0: State.PRE_OPERATIONAL, 1: State.OPERATIONAL, 2: State.STOPPED}
@@ -93,9 +96,29 @@ def plain_object(sheet: Sheet, size: int) -> EdsObject:
     return first(found, f"with a number of {size} bytes that can be written")
 
 
+def changeable_setting(sheet: Sheet, area: range = WHOLE_AREA) -> tuple[EdsObject, bytes]:
+    """A setting of the application, and a value that it can have and has not by default."""
+    for one in writable_objects(sheet):
+        if one.index not in area or one.pdo or not one.kind.is_number or one.default is None:
+            continue
+        edges = [limit for limit in (one.low, one.high) if limit is not None]
+        for edge in edges:
+            if edge.number != one.default.number:
+                return one, edge.bytes_at(0)
+        if not edges and one.kind.size == 2:
+            return one, b"\x34\x12"
+    raise NotApplicable(f"the device has no setting in {area[0]:04X}h to {area[-1]:04X}h")
+
+
 def beats(sdo: Sdo, period_ms: int = QUICK_MS) -> None:
-    """The heartbeat comes so often from now on."""
+    """The heartbeat comes so often from now on; a short period is seen to act (C-HB-03)."""
     sdo.write(PRODUCER, 0, u16(period_ms), requirement="C-HB-01")
+    if not 0 < period_ms <= LONGEST_AWAITED_MS:
+        return
+    bench = sdo.bench
+    _, most = bench.profile.limits.heartbeat_each_ns(period_ms * MS)
+    beat = matchers.heartbeat(bench.node_id)
+    bench.expect(beat, after=bench.now(), within=most, requirement="C-HB-03")
 
 
 def quick(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> Seen:
@@ -111,8 +134,18 @@ def quick(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> Seen:
 
 
 def enter(bench: Cia301Bench, state: State, requirement: str = "C-NMT-04") -> Seen:
-    """Command the device into a state and see that it is there."""
+    """Command the device into a state and see that it is there.
+
+    That its heartbeat goes on in stopped is C-HB-07.
+    """
     command = bench.nmt(COMMAND_TO[state])
+    period_ns = bench.watch.expected.heartbeat_ns
+    if state is State.STOPPED and period_ns:
+        settled = command.at + bench.profile.limits.command_ns
+        beat = matchers.heartbeat(bench.node_id)
+        found = bench.first(beat, settled, settled + 2 * period_ns + LOOK_ON_NS)
+        text = "the heartbeat goes on in stopped"
+        bench.check(found is not None, text, requirement="C-HB-07", since=command)
     bench.expect_state(state, after=command, requirement=requirement)
     return command
 
@@ -125,7 +158,9 @@ def go(bench: Cia301Bench, state: State) -> Seen:
 
 
 def reset(bench: Cia301Bench, command: Nmt = Nmt.RESET_NODE) -> Seen:
-    """Reset the device and await its boot-up (C-NMT-13).
+    """Reset the device and await its boot-up.
+
+    That it comes is C-NMT-11 or C-NMT-12, that it comes in time C-NMT-20.
 
     Returns:
         The boot-up.
@@ -133,7 +168,10 @@ def reset(bench: Cia301Bench, command: Nmt = Nmt.RESET_NODE) -> Seen:
     sent = bench.nmt(command)
     within = bench.profile.limits.boot_up_ns
     boot_up = matchers.boot_up(bench.node_id)
-    return bench.expect(boot_up, after=sent, within=within, requirement="C-NMT-13")
+    came = bench.first(boot_up, sent, sent.at + 2 * within + LOOK_ON_NS)
+    missing = "C-NMT-11" if command is Nmt.RESET_NODE else "C-NMT-12"
+    rule = missing if came is None else "C-NMT-20"
+    return bench.expect(boot_up, after=sent, within=within, requirement=rule)
 
 
 def without_heartbeat(sdo: Sdo, sheet: Sheet) -> None:

@@ -103,7 +103,7 @@ def test_a_new_time_acts_at_once(
     needs_writable(sheet, (PRODUCER, 0))
     bench.start()
     beats(sdo, 0)
-    beats(sdo, period_ms)
+    sdo.write(PRODUCER, 0, u16(period_ms), requirement="C-HB-01")
     written = bench.now()
     _, most = bench.profile.limits.heartbeat_each_ns(period_ms * MS)
     bench.expect(matchers.heartbeat(bench.node_id), after=written, within=most)
@@ -145,7 +145,7 @@ def test_0_means_no_heartbeat(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> Non
 def test_the_heartbeat_goes_on_in_stopped(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
     """In its period, showing 04h."""
     quick(bench, sdo, sheet)
-    enter(bench, State.STOPPED)
+    go(bench, State.STOPPED)
     rhythm(bench, 100, bench.now(), "C-HB-07")
 
 
@@ -173,7 +173,7 @@ def test_a_new_time_while_it_runs_starts_anew(bench: Cia301Bench, sdo: Sdo, shee
     beat = matchers.heartbeat(bench.node_id)
     last = bench.beats(beat, 3, after=bench.now(), patience_ns=GAP_NS)[-1]
     bench.wait_until(last.at + 40 * MS)
-    beats(sdo, 400)
+    sdo.write(PRODUCER, 0, u16(400), requirement="C-HB-01")
     written = bench.now()
     found = bench.beats(beat, 3, after=written, patience_ns=1 * S)
     least, most = bench.profile.limits.heartbeat_each_ns(400 * MS)

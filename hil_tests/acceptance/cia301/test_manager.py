@@ -30,6 +30,7 @@ from hil_tests.api import (
     What,
     matchers,
     nmt_frame,
+    u16,
 )
 
 TELLS = {
@@ -154,7 +155,7 @@ def test_a_written_producer_time_starts_the_heartbeat_at_once(
     manager.meet()
     bench.start()
     beats(sdo, 0)
-    beats(sdo, 100)
+    sdo.write(PRODUCER, 0, u16(100), requirement="C-HB-01")
     _, most = bench.profile.limits.heartbeat_each_ns(100 * MS)
     manager.heartbeat(most, written=True)
     manager.wait(1000 * MS)

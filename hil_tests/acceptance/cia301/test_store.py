@@ -11,18 +11,18 @@ from hil_tests.acceptance.cia301.steps import (
     PRODUCER,
     RESTORE,
     STORE,
+    WHOLE_AREA,
     beats,
+    changeable_setting,
     needs,
     needs_writable,
     reset,
     shown,
-    writable_objects,
 )
 from hil_tests.api import (
     LOOK_ON_NS,
     Abort,
     Cia301Bench,
-    EdsObject,
     Limits,
     Nmt,
     NotApplicable,
@@ -34,8 +34,8 @@ from hil_tests.api import (
     sdo_frames,
 )
 
-PROFILE_AREA, WHOLE_AREA = range(0x6000, 0xA000), range(0x2000, 0xA000)
-"""What sub-index 3 stores, and all of the application."""
+PROFILE_AREA = range(0x6000, 0xA000)
+"""What sub-index 3 stores."""
 SAVE, LOAD = b"save", b"load"
 ALL, COMMUNICATION, APPLICATION = 1, 2, 3
 ON_COMMAND, BY_ITSELF = 1, 2
@@ -202,20 +202,6 @@ def test_load_acts_with_the_next_reset(bench: Cia301Bench, sdo: Sdo, sheet: Shee
         bench.check(found == wanted, f"1017h is {wanted} by default; it is {found}")
 
 
-def storable(sheet: Sheet, area: range) -> tuple[EdsObject, bytes]:
-    """A setting of the application, and a value that it can have and has not by default."""
-    for one in writable_objects(sheet):
-        if one.index not in area or one.pdo or not one.kind.is_number or one.default is None:
-            continue
-        edges = [limit for limit in (one.low, one.high) if limit is not None]
-        for edge in edges:
-            if edge.number != one.default.number:
-                return one, edge.bytes_at(0)
-        if not edges and one.kind.size == 2:
-            return one, b"\x34\x12"
-    raise NotApplicable(f"the device has no setting in {area[0]:04X}h to {area[-1]:04X}h")
-
-
 @pytest.mark.requirement("C-ST-06")
 @pytest.mark.parametrize("sub", [COMMUNICATION, APPLICATION])
 def test_each_group_is_stored_by_itself(
@@ -225,7 +211,7 @@ def test_each_group_is_stored_by_itself(
     storing(bench, sheet, sub)
     storing(bench, sheet)
     needs_writable(sheet, (PRODUCER, 0))
-    one, other = storable(sheet, PROFILE_AREA if sub == APPLICATION else WHOLE_AREA)
+    one, other = changeable_setting(sheet, PROFILE_AREA if sub == APPLICATION else WHOLE_AREA)
     place = (one.index, one.sub)
     bench.start()
     with put_back(bench, sdo, (PRODUCER, 0), place):
