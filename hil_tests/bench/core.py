@@ -93,6 +93,11 @@ class BenchCore:
     # What it knows.
 
     @property
+    def known_until(self) -> int:
+        """Whatever was asked for on the bus before this instant is in the trace."""
+        return self._known_until
+
+    @property
     def node_id(self) -> int:
         """Node id that the device has now.
 

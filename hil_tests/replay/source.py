@@ -54,6 +54,8 @@ class Source:
         self._sent: list[Frame] = []
         self._late: list[tuple[int, int]] = []
         self._awaits = False
+        self._over = False
+        """The test is over: what is left was read while it was looked at for the last time."""
 
     # What the bus says.
 
@@ -91,7 +93,7 @@ class Source:
             if isinstance(entry, BusEvent) and entry.kind is EventKind.STALL:
                 self._place += 1  # the bench tells of stalls itself
                 continue
-            if entry.at > until and not self._overslept(until):
+            if entry.at > until and not self._over and not self._overslept(until):
                 self.now = until
                 return None
             if isinstance(entry, Sighting) and entry.own:
@@ -100,7 +102,8 @@ class Source:
                     return None
                 self._sent.remove(entry.frame)
             self._place += 1
-            self.now = max(self.now, entry.at)
+            if not self._over:
+                self.now = max(self.now, entry.at)
             return entry
 
     def burst(self, until: int, most: int) -> Burst:
@@ -270,6 +273,8 @@ class Source:
             if note.what == "late":
                 self._hear(note)
                 self._done.add(place)
+                if note.began_at <= self.now + self._slack_ns:
+                    self.now = max(self.now, note.ended_at)  # so long it took to ask
         told, self._late = self._late, []
         return told
 
@@ -285,6 +290,7 @@ class Source:
     def wind_up(self) -> None:
         """The test is over: time goes to where the record ends, if nothing was left to do."""
         if self._stimulus() is None and self._record.end is not None:
+            self._over = True
             self.now = max(self.now, self._record.ends_at)
 
 

@@ -177,7 +177,7 @@ class Run:
             error = error if outcome.is_bench_error(error) else broken
         for verdict in found:
             bench.record(verdict)
-        self._ended_at = bench.now()
+        self._ended_at = bench.known_until
         strict = bool(self.plan.settings["can_strict"])
         ends_with = outcome.ends_with(error, found, claimed, self.plan.requirements, strict)
         if isinstance(ends_with, BenchError):

@@ -215,6 +215,9 @@ def test_the_lateness_of_a_host_is_told_when_it_was() -> None:
     assert told.lateness() == [(1, 2), (3, 4)]
     assert told.lateness() == []
     assert [told.next(500), told.next(500)] == [beat(50), beat(200)]
+    told = source(beat(50), late, beat(120), virtual=False)
+    assert told.lateness() == [(1, 2), (3, 4)]
+    assert told.now == 110
     told = source(late, power(150, on=True))
     assert told.await_that("power", {}, "on") == power(150, on=True)
     assert told.lateness() == [(1, 2), (3, 4)]
@@ -225,6 +228,10 @@ def test_at_its_end_time_goes_on_to_the_end_of_the_record() -> None:
     told = source(beat(50))
     told.wind_up()
     assert told.now == 1000
+    assert told.next(0) == beat(50)
+    late = source(beat(2000))
+    late.wind_up()
+    assert [late.next(0), late.now] == [beat(2000), 1000]  # read while it was looked at last
     for other in (source(power(50, on=True)), source(beat(50), end=None)):
         other.wind_up()
         assert other.now == 0
