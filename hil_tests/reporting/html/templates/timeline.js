@@ -54,12 +54,14 @@
     constructor(box, bus) {
       this.box = box;
       this.bus = bus;
+      this.laneOfKind = Uint16Array.from(bus.words, (word) => word[2]);
       this.end = Math.max(bus.end, 1);
       this.frame = -1;
       this.check = -1;
       this.drag = null;
       this.lanes = this.makeLanes();
       this.build();
+      this.measure();
       this.all();
       const finding = bus.checks.findIndex((check) => BAD.has(check.outcome));
       if (finding >= 0) this.showCheck(finding);
@@ -118,8 +120,10 @@
 
     // Where things are.
 
-    get width() { return this.canvas.clientWidth; }
-    get names() { return Math.min(NAMES, this.width * 0.3); }
+    measure() {
+      this.width = this.canvas.clientWidth;
+      this.names = Math.min(NAMES, this.width * 0.3);
+    }
     x(at) { return this.names + ((at - this.from) / (this.to - this.from)) * (this.width - this.names); }
     when(x) { return this.from + ((x - this.names) / (this.width - this.names)) * (this.to - this.from); }
     top(lane) { return AXIS + lane * ROW; }
@@ -296,6 +300,7 @@
       return this.colours[name];
     }
     draw() {
+      this.measure();
       const { canvas, width } = this;
       if (!width || this.from === undefined) return;
       const height = AXIS + this.lanes.length * ROW + 8, ratio = devicePixelRatio || 1;
@@ -402,8 +407,9 @@
       const filled = new Float64Array(this.lanes.length).fill(-9);
       const few = last - first < 400;
       const next = new Float64Array(this.lanes.length).fill(Infinity);
+      const { from, names } = this, rate = (this.width - names) / (this.to - from);
       for (let frame = first; frame < last; frame++) {
-        const x = this.x(bus.at[frame]), lane = this.laneOf(frame);
+        const x = names + (bus.at[frame] - from) * rate, lane = this.first + this.laneOfKind[bus.kind[frame]];
         if (x - filled[lane] < 0.75) continue;
         filled[lane] = x;
         this.fill(bus.words[bus.kind[frame]][3] ? 'sent' : 'seen', x - 1, this.top(lane) + 4, 2.5, ROW - 8);
