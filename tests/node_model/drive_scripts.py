@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from node_model.frame import Frame
 from node_model.lss import IDENTIFY_VENDOR, SELECT_VENDOR
@@ -343,18 +343,20 @@ def _lss() -> Iterator[Script]:
     yield script(*lose, *found, lss(4, 0), None, None, wait_ns=8 * MS)
 
 
-def drive_scripts() -> Sequence[Script]:
-    """All of them."""
-    makers = (
-        _network,
-        _error_control,
-        _emergencies,
-        _pdos,
-        _parameters,
-        _objects,
-        _transfers,
-        _blocks,
-        _storing,
-        _lss,
-    )
-    return tuple(one for make in makers for one in make())
+TOPICS: Mapping[str, Callable[[], Iterator[Script]]] = {
+    "network": _network,
+    "error control": _error_control,
+    "emergencies": _emergencies,
+    "pdos": _pdos,
+    "parameters": _parameters,
+    "objects": _objects,
+    "transfers": _transfers,
+    "blocks": _blocks,
+    "storing": _storing,
+    "lss": _lss,
+}
+
+
+def drive_scripts() -> Sequence[tuple[str, Script]]:
+    """All of them, each with its topic."""
+    return tuple((topic, one) for topic, make in TOPICS.items() for one in make())

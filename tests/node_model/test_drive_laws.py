@@ -31,7 +31,7 @@ DEVICES: Mapping[str, Callable[[], Panel]] = {
 }
 
 POOL = sorted(
-    {step.what for script in drive_scripts() for step in script if isinstance(step.what, Frame)},
+    {step.what for _, steps in drive_scripts() for step in steps if isinstance(step.what, Frame)},
     key=lambda frame: (frame.can_id, frame.remote, frame.extended, frame.data),
 )
 """Every frame of every script."""
