@@ -263,6 +263,7 @@ def _header(
             "eds": None,
             "node_id": expected.node_id,
             "serial": None,
+            "firmware": None,
             "identity": {},
             "mutant": None,
         },
