@@ -193,11 +193,12 @@ def test_reaction_0_leaves_a_stopped_device_stopped(
 
 @pytest.mark.requirement("C-NG-09", "EC-01")
 def test_polls_for_others_are_not_answered(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
-    """Remote frames on 700h + other node ids, a bit away from its own."""
+    """Remote frames on 700h + other node ids: its neighbours, and those a bit away."""
     start_guarded(bench, sdo, sheet)
     node_id = bench.node_id
     since = bench.now()
-    for other in sorted({node_id ^ 1 << bit for bit in range(7)} - {0}):
+    others = {node_id ^ 1 << bit for bit in range(7)} | {node_id - 1, node_id + 1}
+    for other in sorted(others - {0, 128}):
         bench.send(Frame(cobs.ERROR_CONTROL + other, remote=True, dlc=1))
     bench.never(matchers.anything(), after=since, for_ns=100 * MS)
 
