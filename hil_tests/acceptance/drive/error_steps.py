@@ -75,6 +75,13 @@ def change(bench: Cia301Bench, sdo: Sdo, faults: Faults, active: frozenset[str])
     return moment
 
 
+def start_proven(bench: Cia301Bench, sdo: Sdo, faults: Faults) -> None:
+    """A start, and a look at what tests about settings rest on: an error is told, and its end."""
+    bench.start(QUICK)
+    change(bench, sdo, faults, frozenset(faults.names[:1]))
+    change(bench, sdo, faults, frozenset())
+
+
 def expect_register(
     bench: Cia301Bench, sdo: Sdo, faults: Faults, *, end: bool = False, requirement: str = ""
 ) -> None:

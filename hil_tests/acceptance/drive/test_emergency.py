@@ -20,6 +20,7 @@ from hil_tests.acceptance.drive.error_steps import (
     one_class,
     register,
     shown,
+    start_proven,
     told_of,
     two_classes,
 )
@@ -135,11 +136,9 @@ def test_an_sdo_error_in_operational_is_no_emergency(bench: Cia301Bench, sdo: Sd
 @pytest.mark.requirement("EM-03")
 def test_an_error_sets_the_bit_of_its_class(bench: Cia301Bench, sdo: Sdo, faults: Faults) -> None:
     """1001h has the bit of each error and bit 0, by SDO as in the message."""
-    bench.start(QUICK)
-    found = register(sdo)
-    bench.check(found == 0, f"1001h is 00h without an error; it is {found:02X}h")
     for name in names_of(faults):
-        messages_after(bench, faults.heal())
+        bench.start(QUICK)
+        expect_register(bench, sdo, faults)
         messages_after(bench, faults.exactly(name))
         expect_register(bench, sdo, faults)
 
@@ -184,7 +183,7 @@ def test_the_bit_of_a_class_goes_with_its_error(
 @pytest.mark.requirement("EM-06")
 def test_the_end_of_all_errors_is_told(bench: Cia301Bench, sdo: Sdo, faults: Faults) -> None:
     """When no error is left, code 0000h and register 00h follow, once; 1001h is 00h."""
-    bench.start(QUICK)
+    start_proven(bench, sdo, faults)
     for names in (names_of(faults)[:1], names_of(faults)[:2], names_of(faults)):
         messages_after(bench, faults.exactly(*names))
         moment = faults.heal()
@@ -211,8 +210,7 @@ def test_an_error_that_lasts_through_a_reset_is_still_there(
 ) -> None:
     """After a reset 1001h shows an error that is still there; its end is told as ever."""
     bench.start(QUICK)
-    name = faults.names[0]
-    messages_after(bench, faults.occur(name))
+    change(bench, sdo, faults, frozenset(faults.names[:1]))
     bench.nmt(cobs.Nmt.RESET_NODE)
     limits = bench.profile.limits
     bench.wait(limits.command_ns + limits.boot_up_ns + limits.emcy_ns)

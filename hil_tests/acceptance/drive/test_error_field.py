@@ -15,6 +15,7 @@ from hil_tests.acceptance.drive.error_steps import (
     field,
     messages_after,
     register,
+    start_proven,
 )
 from hil_tests.api import MS, Cia301Bench, Faults, Sdo, accepted, number, u8
 
@@ -87,7 +88,8 @@ def test_an_entry_has_four_bytes(bench: Cia301Bench, sdo: Sdo, faults: Faults) -
 @pytest.mark.requirement("EM-05")
 def test_writing_0_clears_the_field(bench: Cia301Bench, sdo: Sdo, faults: Faults) -> None:
     """The list is empty, 1001h is what it was, and nothing is told."""
-    cleared(bench, sdo)
+    start_proven(bench, sdo, faults)
+    sdo.write(ERROR_FIELD, 0, u8(0))
     count = count_of(sdo)
     bench.check(count == 0, f"1003h:00 is 0; it is {count}")
     for name in faults.names[:3]:

@@ -29,7 +29,7 @@ class RpdoAlwaysWaits(Fault, Rpdo):
 class RpdoOneSyncLate(Fault, Rpdo):
     """A synchronous RPDO takes effect with the SYNC after the next."""
 
-    violates = ("SYN-01", "C-RP-02")
+    violates = ("SYN-01", "C-RP-02", "C-RP-04")
 
     older: bytes | None = None
 

@@ -55,7 +55,17 @@ class WindowInAnotherUnit(Fault, SyncService):
 class WindowOfZeroIsShut(Fault, SyncService):
     """With 1007h = 0 no synchronous PDO is in time."""
 
-    violates = ("SYN-05", "SYN-01", "SYN-02", "SYN-06", "C-TP-03", "C-TP-04", "C-TP-11", "C-RP-02")
+    violates = (
+        "SYN-05",
+        "SYN-01",
+        "SYN-02",
+        "SYN-06",
+        "C-TP-03",
+        "C-TP-04",
+        "C-TP-11",
+        "C-RP-02",
+        "C-RP-04",
+    )
 
     def is_open(self, now: int) -> bool:
         return self.window_ns() > 0 and super().is_open(now)
@@ -232,7 +242,7 @@ class SyncIdentifierChangesInUse(Fault, SyncService):
 class SdoStarvesUnderSync(Fault, Effect):
     """While SYNCs come every 25 ms or more often SDO requests are not answered."""
 
-    violates = ("SYN-04",)
+    violates = ("SYN-04", "C-OD-04", "C-SD-01")
 
     def __init__(self) -> None:
         self._syncs: deque[int] = deque(maxlen=4)

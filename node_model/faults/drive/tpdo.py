@@ -36,7 +36,7 @@ class TpdoLongAfterSync(Fault, PdoService):
 class TpdoEverySyncButOne(Fault, Tpdo):
     """With transmission type n a TPDO comes every n+1 SYNCs."""
 
-    violates = ("SYN-06", "C-TP-04")
+    violates = ("SYN-06", "C-TP-04", "SYN-02")
 
     def counts(self, counter: int | None) -> bool:
         self._count = (self._count + 1) % (self._type + 1)
