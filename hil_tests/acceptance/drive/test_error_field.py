@@ -89,13 +89,13 @@ def test_an_entry_has_four_bytes(bench: Cia301Bench, sdo: Sdo, faults: Faults) -
 def test_writing_0_clears_the_field(bench: Cia301Bench, sdo: Sdo, faults: Faults) -> None:
     """The list is empty, 1001h is what it was, and nothing is told."""
     start_proven(bench, sdo, faults)
-    sdo.write(ERROR_FIELD, 0, u8(0))
+    sdo.write(ERROR_FIELD, 0, u8(0), requirement="EM-05")
     count = count_of(sdo)
     bench.check(count == 0, f"1003h:00 is 0; it is {count}")
     for name in faults.names[:3]:
         messages_after(bench, faults.occur(name))
     before, began_at = register(sdo), bench.now()
-    sdo.write(ERROR_FIELD, 0, u8(0))
+    sdo.write(ERROR_FIELD, 0, u8(0), requirement="EM-05")
     count = count_of(sdo)
     bench.check(count == 0, f"1003h:00 is 0 once it is cleared; it is {count}")
     bench.never(emcy(bench), after=began_at, for_ns=300 * MS)

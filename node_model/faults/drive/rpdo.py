@@ -80,7 +80,7 @@ class RpdoTooShortIsSilent(Fault, Rpdo):
 class RpdoHighByteFirst(Fault, Rpdo):
     """The bytes of an RPDO are read from the end."""
 
-    violates = ("C-RP-04", "SYN-01")
+    violates = ("C-RP-04", "SYN-01", "SYN-06")
 
     def _take(self, data: bytes, now: int) -> None:
         super()._take(data[: self._mapping.size][::-1], now)
