@@ -17,6 +17,8 @@ from node_model.faults import DRIVE_MUTANTS, DRIVE_VARIANTS, MODELS, drive, muta
 from node_model.faults.drive_parts import assemble_drive
 from node_model.faults.parts import Deviation, Fault
 from node_model.faults.registry import name_of
+from node_model.frame import Frame
+from node_model.node import Withdrawing
 from tests.node_model.drive_scripts import drive_scripts
 from tests.node_model.driving import Record, play
 
@@ -72,6 +74,13 @@ def test_a_fault_replaces_a_part() -> None:
         assemble_drive(Fault, FACTS)
     image = devices.read("drive").memory({"node_id": 9})
     assert make_device("drive", model="boots-slowly", image=image).image() == image
+
+
+def test_a_link_takes_back_what_its_device_would() -> None:
+    """Nothing while there is no window."""
+    device = make_device("drive", model="takes-its-time-for-emergencies")
+    assert isinstance(device, Withdrawing)
+    assert not device.withdraws(Frame(0x185), 0, 0)
 
 
 @cache
