@@ -1,0 +1,1 @@
+"""Fuzzing of the device models: any frames, in virtual time, and what must hold all the same."""
