@@ -85,6 +85,8 @@ def told(
     ]
     if gone and not after:
         messages.append(Message(NO_ERROR, register))
+        # Where several go at once, each may be told with what was left of them.
+        messages += [Message(NO_ERROR, None, needed=False)] * (len(gone) - 1)
     elif gone:
         messages += [Message(NO_ERROR, register, needed=False)] * len(gone)
     return messages

@@ -66,7 +66,10 @@ def test_of_several_at_once_nobody_knows_which_came_first() -> None:
 def test_the_end_of_the_last_is_told_that_of_another_may_be() -> None:
     """With what is left in the register."""
     assert told(ERRORS, names("low"), names()) == [Message(0, 0)]
-    assert told(ERRORS, names("low", "high"), names()) == [Message(0, 0)]
+    last, between = told(ERRORS, names("low", "high"), names())
+    assert (last, between) == (Message(0, 0), Message(0, None, needed=False))
+    assert unexplained([last, between], [frame(0, 0x05), frame(0, 0)]) == []
+    assert unexplained([last, between], [frame(0, 0x05)]) == [f"{last} is missing"]
     (message,) = told(ERRORS, names("low", "over"), names("over"))
     assert message == Message(0, 0x03, needed=False)
     assert unexplained([message], []) == []

@@ -187,7 +187,8 @@ def test_the_end_of_all_errors_is_told(bench: Cia301Bench, sdo: Sdo, faults: Fau
     for names in (names_of(faults)[:1], names_of(faults)[:2], names_of(faults)):
         messages_after(bench, faults.exactly(*names))
         moment = faults.heal()
-        found = told_of(bench, moment)
+        told_of(bench, moment)
+        found = messages_after(bench, moment)[-1]
         data = found.frame.data
         text = f"the end of all errors is told with code 0000h, register 00h; it was {found.frame}"
         bench.check(data[:3] == bytes(3) and len(data) == 8, text, since=moment)
