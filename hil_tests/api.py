@@ -12,7 +12,7 @@ from hil_tests.bench.master import Master
 from hil_tests.bench.sdo import Sdo
 from hil_tests.clients import accepted, lss, sdo_frames
 from hil_tests.clients.lss import Identity
-from hil_tests.clients.sdo import Abort, Download, Upload
+from hil_tests.clients.sdo import Abort, Download, Upload, abort_in
 from hil_tests.clients.sdo_block import BlockDownload, BlockUpload
 from hil_tests.clients.values import number, u8, u16, u32
 from hil_tests.clock import MS, Interval, S, exactly, show_span
@@ -93,6 +93,7 @@ __all__ = [
     "Upload",
     "Verdict",
     "What",
+    "abort_in",
     "accepted",
     "around",
     "cobs",

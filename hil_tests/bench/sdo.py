@@ -15,6 +15,7 @@ from hil_tests.bench.judging import LOOK_ON_NS
 from hil_tests.clients import sdo_frames
 from hil_tests.clients.accepted import Accepted, show_code
 from hil_tests.clients.sdo import (
+    FRAME_BYTES,
     UNKNOWN_COMMAND,
     Abort,
     Breach,
@@ -234,7 +235,11 @@ class Sdo:
 
     def ask(self, data: bytes, requirement: str = NO_ANSWER) -> bytes:
         """Send one request, right or wrong, that must be answered; the answer's bytes."""
-        return self._answer(self.post(data), requirement).frame.data
+        answer = self._answer(self.post(data), requirement).frame
+        size = len(answer.data)
+        text = f"an SDO answer has 8 bytes; {answer} has {size}"
+        self._bench.check(size == FRAME_BYTES, text, requirement=NO_ANSWER)
+        return answer.data
 
     def offer(self, data: bytes) -> bytes | None:
         """Send one request that may be answered; the answer's bytes, or None."""

@@ -37,7 +37,7 @@ INVALID = 1 << 31
 RESTRICTED = (0x000, 0x07F, 0x101, 0x180, 0x581, 0x5FF, 0x601, 0x67F, 0x6E0, 0x6FF, 0x701, 0x7FF)
 
 
-@pytest.mark.requirement("C-EM-01", "C-EM-03")
+@pytest.mark.requirement("C-EM-01", "C-EM-03", "C-OD-02")
 def test_an_emcy_has_its_identifier_and_eight_bytes(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet
 ) -> None:
@@ -52,6 +52,9 @@ def test_an_emcy_has_its_identifier_and_eight_bytes(
     register = sdo.number(ERROR_REGISTER)
     text = f"the error register in {emcy.frame} is 1001h; that is {register:02X}h"
     bench.check(emcy.frame.data[2] == register, text, requirement="C-EM-03")
+    in_order = bool(register & 0x01) and not register & 0x40
+    text = f"1001h has bit 0 set with the others, and not bit 6; it is {register:02X}h"
+    bench.check(in_order, text, requirement="C-OD-02")
 
 
 @pytest.mark.requirement("C-EM-02", "C-EM-06")
