@@ -125,9 +125,10 @@ def probe(line: Line) -> None:
 
 def _has_erred(line: Line, mark: int) -> bool:
     """An error came meanwhile, and stopped it, as 1029h may ask for."""
-    said = [frame for _, frame in line.watched.said[mark:]]
-    stopped = line.watched.device.state is NmtState.STOPPED
-    return stopped and any(0x80 < each.can_id < 0x100 and len(each.data) == 8 for each in said)
+    watched = line.watched
+    told = any(0x80 < f.can_id < 0x100 and len(f.data) == 8 for _, f in watched.said[mark:])
+    stopped = watched.device.state is watched.reaction() is NmtState.STOPPED
+    return stopped and (told or watched.is_quiet_about_errors())
 
 
 def _ask(line: Line) -> None:

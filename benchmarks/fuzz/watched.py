@@ -20,6 +20,7 @@ from node_model.node import MS, Frames
 PRODUCER_TIME, STORE, RESTORE = 0x1017, 0x1010, 0x1011
 LSS_REQUEST, LSS_ANSWER, LSS_STORE = 0x7E5, 0x7E4, 0x17
 TARGETS = {1: 0x05, 2: 0x04, 0x80: 0x7F, 0x81: 0x00, 0x82: 0x00}
+REACTIONS = {0: NmtState.PRE_OPERATIONAL, 2: NmtState.STOPPED}
 STATES = frozenset({b"\x04", b"\x05", b"\x7f"})
 BYTE_NS = 50_000
 """What the memory needs for a byte."""
@@ -97,8 +98,20 @@ class Watched:
 
     def _may_change(self, frames: Frames, frame: Frame) -> bool:
         """An error has its reaction (1029h), and LSS starts a device that gets its node id."""
-        lss = frame.can_id == LSS_REQUEST and self.device.state is NmtState.INITIALISING
-        return lss or any(len(each.data) == 8 and each.can_id < 0x100 for each in frames)
+        state = self.device.state
+        if state is NmtState.INITIALISING:
+            return frame.can_id == LSS_REQUEST
+        told = any(len(each.data) == 8 and each.can_id < 0x100 for each in frames)
+        return told or (self.is_quiet_about_errors() and state is self.reaction())
+
+    def is_quiet_about_errors(self) -> bool:
+        """There is no EMCY, or it may be held back for a time (1014h, 1015h)."""
+        od = self.device.od
+        return od.number(0x1014) >> 31 == 1 or od.number(0x1015) > 0
+
+    def reaction(self) -> NmtState | None:
+        """Where an error of communication leads from operational; None = nowhere (1029h)."""
+        return REACTIONS.get(self.device.od.number(0x1029, 1))
 
     def advance(self, now: int) -> Frames:
         """Time."""
