@@ -39,7 +39,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_cmdline_main(config: pytest.Config) -> int | None:
-    """The list of mutants, where that is all that was asked for."""
+    """The list of mutants, where that is all that was asked for; files that mislead pytest."""
+    given = config.invocation_params
+    if (words := options.respelled([str(word) for word in given.args], given.dir)) is not None:
+        return pytest.main(words, given.plugins)
     if not options.wants_mutant_list(config):
         return None
     from hil_tests.run.catalogue import mutant_table  # noqa: PLC0415 - on demand

@@ -103,7 +103,8 @@ def _virtual(plan: Plan) -> Stage:
     from node_model import devices  # noqa: PLC0415
 
     try:
-        return VirtualStage(devices.read(plan.profile.path, plan.mutant), plan.bench_name)
+        device = devices.read(plan.profile.path, plan.mutant, plan.settings["can_eds"])
+        return VirtualStage(device, plan.bench_name)
     except ValueError as error:
         raise ConfigError(
             f"{plan.profile.path}: the bundled model cannot be this device"

@@ -7,8 +7,9 @@ remembers where it came from, and the header of a run says so.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -160,6 +161,10 @@ OPTIONS = (
 )
 
 
+TAKE_VALUES = frozenset(f"--{option.name}" for option in OPTIONS if option.kind != "switch")
+"""Words of the command line that the next word belongs to."""
+
+
 @dataclass(frozen=True, slots=True)
 class Settings:
     """What was chosen, and who chose it."""
@@ -198,6 +203,35 @@ def register(parser: pytest.Parser) -> None:
         group.addoption(f"--{option.name}", **extra)
         kind: Any = _INI_TYPES.get(option.kind, "string")
         parser.addini(option.key, option.help, type=kind, default=None)
+
+
+def respelled(words: Sequence[str], folder: Path) -> list[str] | None:
+    """The command line with `--can-x FILE` as `--can-x=FILE`; None where nothing must change.
+
+    Before pytest knows of our options it takes every word that is a path for a place to look
+    for tests, and with it for the place of its ini file. A bench file elsewhere would so lead
+    it away from the tests of this folder.
+
+    Args:
+        words: the command line.
+        folder: where it was given.
+    """
+    found, misleads, rest = [], False, iter(words)
+    for word in rest:
+        value = next(rest, None) if word in TAKE_VALUES else None
+        if value is None:
+            found.append(word)
+            continue
+        found.append(f"{word}={value}")
+        misleads |= _is_there(folder, value)
+    return found if misleads else None
+
+
+def _is_there(folder: Path, name: str) -> bool:
+    try:
+        return (folder / name).exists()
+    except (OSError, ValueError):  # no name that a file can have
+        return False
 
 
 def wants_mutant_list(config: pytest.Config) -> bool:

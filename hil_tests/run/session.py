@@ -19,7 +19,7 @@ from hil_tests.run import outcome, rows
 from hil_tests.run.draft import Draft
 from hil_tests.run.header import header
 from hil_tests.run.ledger import Account, Ledger
-from hil_tests.run.options import OPTIONS
+from hil_tests.run.options import TAKE_VALUES
 from hil_tests.run.rows import Ending
 from hil_tests.trace import Moment
 
@@ -315,11 +315,10 @@ def own_options(command: Sequence[str], seed: str) -> list[str]:
     Each is one word: pytest takes a path that stands by itself for a place of tests, even
     behind an option, and looks for its configuration there.
     """
-    takes_value = {f"--{option.name}" for option in OPTIONS if option.kind != "switch"}
     kept: list[str] = []
     parts = iter(command)
     for part in parts:
-        word = f"{part}={next(parts, '')}" if part in takes_value else part
+        word = f"{part}={next(parts, '')}" if part in TAKE_VALUES else part
         if word.startswith("--can-") and not word.startswith("--can-seed="):
             kept.append(shlex.quote(word))
     return [*kept, seed]

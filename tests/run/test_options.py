@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from hil_tests.run import session
-from hil_tests.run.options import OPTIONS
-from tests.run.harness import judge
+from hil_tests.run.options import OPTIONS, respelled
+from tests.run.harness import ROOT, judge
 
 pytest_plugins = ["pytester"]
+
+PROFILES = ROOT / "node_model" / "profiles"
 
 BODY = """
 @pytest.mark.requirement("NMT-02")
@@ -108,7 +112,8 @@ def test_the_list_of_mutants_runs_nothing(pytester: pytest.Pytester) -> None:
     """--can-mutant list prints every model with the requirements it violates, and ends well."""
     run = judge(pytester, BODY, "--can-mutant=list")
     assert "boot-up-missing " in run.text
-    assert "conforming models that are different" in run.text
+    assert "conforming models of a keypad that are different" in run.text
+    assert "faulty models of a drive" in run.text
     assert run.status == 0
     assert not run.reports.exists()
 
@@ -166,3 +171,48 @@ def test_every_option_has_its_prefix_and_its_own_place() -> None:
 def test_repeating_keeps_our_options_each_in_one_word(command: list[str], kept: list[str]) -> None:
     """A path behind an option would be taken for a place of tests, so it is joined to it."""
     assert session.own_options(command, "--can-seed=7") == kept
+
+
+@pytest.mark.parametrize(
+    ("words", "respelt"),
+    [
+        (["--can-bench", "there.toml", "-q"], ["--can-bench=there.toml", "-q"]),
+        (["--can-iface", "vcan0", "--can-bench", "there.toml"],
+         ["--can-iface=vcan0", "--can-bench=there.toml"]),
+        (["--can-bench=there.toml", "--can-iface", "vcan0"], None),
+        (["--can-bench", "missing.toml"], None),
+        (["--can-strict", "there.toml"], None),
+        (["--can-bench"], None),
+        (["--can-seed", "\0"], None),
+    ],
+)  # fmt: skip
+def test_a_file_behind_an_option_is_no_place_of_tests(
+    tmp_path: Path, words: list[str], respelt: list[str] | None
+) -> None:
+    """Where the value of an option is a path, the command line is spelled so that none can err."""
+    (tmp_path / "there.toml").touch()
+    assert respelled(words, tmp_path) == respelt
+
+
+def test_a_profile_elsewhere_leads_nobody_away_from_the_tests(
+    pytester: pytest.Pytester, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """A profile of another folder, behind a space, leaves tests and ini file those of this one."""
+    elsewhere = tmp_path_factory.mktemp("elsewhere") / "board.toml"
+    elsewhere.write_text((PROFILES / "keypad.toml").read_text("utf-8"), "utf-8")
+    ini(pytester, can_node_id=5)
+    run = judge(pytester, BODY, "--can-profile", str(elsewhere))
+    assert "commissioned to: node id 5," in run.text
+    assert run.status == 0
+
+
+def test_the_sheet_of_the_command_line_makes_the_model(pytester: pytest.Pytester) -> None:
+    """--can-eds says which device the generic model is."""
+    body = """
+@pytest.mark.requirement("C-NMT-01")
+def test_start(bench):
+    bench.start()
+"""
+    sheet = f"--can-eds={PROFILES / 'drive.eds'}"
+    run = judge(pytester, body, "--can-profile=generic", sheet, "--can-node-id=9")
+    assert run.status == 0, run.text
