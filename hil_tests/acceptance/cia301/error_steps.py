@@ -11,6 +11,7 @@ from hil_tests.acceptance.cia301.steps import (
     GUARD_TIME,
     LIFE_FACTOR,
     LIFE_GUARD_CODE,
+    expect_emcy,
     guarded,
 )
 from hil_tests.api import (
@@ -22,7 +23,6 @@ from hil_tests.api import (
     Seen,
     Sheet,
     cobs,
-    matchers,
     u8,
     u32,
 )
@@ -72,8 +72,9 @@ class Trouble:
         """The EMCY that tells of it, since what began it."""
         limits = self.bench.profile.limits
         within = SPAN_NS + limits.life_ns + limits.emcy_ns
-        matcher = matchers.emcy(self.bench.node_id, code=LIFE_GUARD_CODE)
-        return self.bench.expect(matcher, after=began, within=within, requirement=requirement)
+        return expect_emcy(
+            self.bench, LIFE_GUARD_CODE, after=began, within=within, requirement=requirement
+        )
 
 
 def trouble(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> Trouble:

@@ -10,6 +10,7 @@ from hil_tests.acceptance.cia301.steps import (
     REACTION,
     expect_emcy,
     go,
+    rule_of_missing,
 )
 from hil_tests.api import (
     MS,
@@ -73,6 +74,8 @@ def expect_event(
     late_ns = limits.life_ns + limits.emcy_ns
     matcher = matchers.emcy(bench.node_id, code=LIFE_GUARD_CODE)
     found = bench.first(matcher, since, since.when.latest + span_ns + late_ns + 1000 * MS)
+    if found is None:
+        requirement = rule_of_missing(bench, LIFE_GUARD_CODE, since, requirement)
     bench.check(found is not None, "EMCY 8130h follows", requirement=requirement, since=since)
     assert found is not None
     span = bench.when(found).since(bench.when(since))

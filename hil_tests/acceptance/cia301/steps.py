@@ -11,6 +11,7 @@ from hil_tests.api import (
     Abort,
     Cia301Bench,
     EdsObject,
+    Frame,
     Moment,
     Nmt,
     NotApplicable,
@@ -18,6 +19,7 @@ from hil_tests.api import (
     Seen,
     Sheet,
     State,
+    cobs,
     matchers,
     u8,
     u16,
@@ -175,8 +177,9 @@ def reset(bench: Cia301Bench, command: Nmt = Nmt.RESET_NODE) -> Seen:
 
 
 def without_heartbeat(sdo: Sdo, sheet: Sheet) -> None:
-    """Heartbeat off, so that guarding is served."""
-    if sheet.get(PRODUCER) is not None:
+    """Heartbeat off where it can be, e.g. so that guarding is served."""
+    producer = sheet.get(PRODUCER)
+    if producer is not None and producer.writable:
         sdo.write(PRODUCER, 0, u16(0), requirement="C-HB-06")
 
 
@@ -191,9 +194,31 @@ def guarded(sdo: Sdo, sheet: Sheet, guard_ms: int, factor: int) -> None:
 def expect_emcy(
     bench: Cia301Bench, code: int, *, after: Seen | Moment, within: int, requirement: str
 ) -> Seen:
-    """An EMCY with this code follows."""
+    """An EMCY with this code follows; one that came and is formed wrongly is C-EM-01."""
     matcher = matchers.emcy(bench.node_id, code=code)
+    if bench.first(matcher, after, bench.now() + within) is None:
+        requirement = rule_of_missing(bench, code, after, requirement)
     return bench.expect(matcher, after=after, within=within, requirement=requirement)
+
+
+def rule_of_missing(
+    bench: Cia301Bench, code: int, after: Seen | Moment | int, requirement: str
+) -> str:
+    """The requirement that an EMCY which was not seen is held against.
+
+    C-EM-01 where one came with another length or identifier, or with its code reversed.
+    """
+    low_first = code.to_bytes(2, "little")
+    own = cobs.EMCY + bench.node_id
+
+    def is_ill_formed(frame: Frame) -> bool:
+        if frame.can_id == own and not frame.extended:
+            return len(frame.data) != 8 or frame.data[:2] == low_first[::-1] != low_first
+        others = range(cobs.EMCY + 1, cobs.EMCY + 0x80)
+        return bench.stage.exclusive and frame.can_id in others and frame.data[:2] == low_first
+
+    frames = bench.collect(matchers.anything(), after=after, until=bench.now())
+    return "C-EM-01" if any(is_ill_formed(seen.frame) for seen in frames) else requirement
 
 
 def refused(bench: Cia301Bench, outcome: bytes | Abort, what: str, requirement: str = "") -> Abort:

@@ -12,7 +12,13 @@ from hil_tests.acceptance.cia301.guarding_steps import (
     expect_register,
     prepare_reaction,
 )
-from hil_tests.acceptance.cia301.steps import BEHAVIOUR, CONSUMER, needs_writable, shown
+from hil_tests.acceptance.cia301.steps import (
+    BEHAVIOUR,
+    CONSUMER,
+    needs_writable,
+    shown,
+    without_heartbeat,
+)
 from hil_tests.api import (
     MS,
     Abort,
@@ -143,6 +149,7 @@ def test_a_missing_heartbeat_leads_where_1029h_says(
     """From operational: 0 to pre-operational, 1 nowhere, 2 to stopped."""
     needs_writable(sheet, (BEHAVIOUR, 1))
     other = watching(bench, sdo, sheet)
+    without_heartbeat(sdo, sheet)  # it would show a state that no command led to
     prepare_reaction(bench, sdo, behaviour)
     expect_event(bench, beat(bench, other), TIME_MS * MS, "C-HBC-03", "C-HBC-06")
     expect_reaction(bench, sdo, behaviour, "C-EM-22")

@@ -88,7 +88,7 @@ class GuardingSilentInStopped(Fault, NodeGuarding):
 class GuardingAnswersForTheNext(Fault, NodeGuarding):
     """Polls of the next node are answered, too."""
 
-    violates = ("C-NG-09",)
+    violates = ("C-NG-09", "C-HB-06")
 
     def listens_to(self) -> frozenset[int]:
         return super().listens_to() | {0x701 + self.node_id}

@@ -12,7 +12,7 @@ from node_model.node import Frames
 class HeartbeatTimeNeedsAReset(Fault, HeartbeatService):
     """A value that is written to 1017h acts after the next reset only."""
 
-    violates = ("EC-03", "C-HB-03", "C-HB-06")
+    violates = ("EC-03", "C-HB-03", "C-HB-04", "C-HB-06", "MGR-04")
 
     def _written(self, sub: int, now: int) -> None:
         pass
@@ -93,7 +93,7 @@ class HeartbeatOfFourBytes(Fault, HeartbeatService):
 class HeartbeatSilentInStopped(Fault, HeartbeatService):
     """There is no heartbeat in stopped."""
 
-    violates = ("C-HB-07",)
+    violates = ("C-HB-07", "C-HB-04", "C-HB-05")
 
     def advance(self, now: int) -> Frames:
         said = super().advance(now)

@@ -71,7 +71,7 @@ class ResetsSlowly(Fault, Drive):
 class DeafToResetCommunication(Fault, Drive):
     """A reset communication changes nothing."""
 
-    violates = ("C-NMT-04", "C-NMT-12")
+    violates = ("C-NMT-04", "C-NMT-12", "C-NMT-13", "C-NMT-02", "C-LS-10")
 
     def obey(self, command: NmtCommand, now: int) -> Frames:
         return () if command is NmtCommand.RESET_COMMUNICATION else super().obey(command, now)
@@ -107,7 +107,7 @@ class IgnoresCommandsToAll(Fault, Drive):
 class ObeysCommandsToOthers(Fault, Drive):
     """An NMT command to another node is obeyed."""
 
-    violates = ("C-NMT-07",)
+    violates = ("C-NMT-07", "C-NMT-13")
 
     def command(self, frame: Frame) -> NmtCommand | None:
         if not frame.remote:
@@ -129,7 +129,7 @@ class ObeysAnUnknownCommand(Fault, Drive):
 class ObeysRemoteCommands(Fault, Drive):
     """A remote frame with identifier 0 and two bytes resets the node."""
 
-    violates = ("C-NMT-10",)
+    violates = ("C-NMT-10", "C-NMT-13")
 
     def command(self, frame: Frame) -> NmtCommand | None:
         if frame.remote and frame.dlc == 2:
