@@ -143,7 +143,7 @@ class ConsumerSetsNoBit(Fault, HeartbeatConsumer):
 class ConsumerHasNoReaction(Fault, HeartbeatConsumer):
     """A missing heartbeat does not cause the reaction of 1029h."""
 
-    violates = ("EC-04", "C-HBC-03")
+    violates = ("EC-04", "C-HBC-03", "C-EM-22")
 
     def event(self, watch: Watch) -> Error:
         return replace(super().event(watch), communication=False)

@@ -53,7 +53,7 @@ class NeverAnnouncesItself(Fault, Drive):
 class BootsSlowly(Fault, Drive):
     """From power-on to the boot-up it takes 1.2 s."""
 
-    violates = ("C-NMT-20",)
+    violates = ("C-NMT-20", "C-NMT-01")
 
     def start_ns(self) -> int:
         return 1200 * MS
