@@ -85,7 +85,7 @@ def test_an_entry_has_four_bytes(bench: Cia301Bench, sdo: Sdo, faults: Faults) -
     bench.characteristic("EM-04", f"upper half of 1003h:01 for {name}: {number(entry) >> 16:04X}h")
 
 
-@pytest.mark.requirement("EM-05")
+@pytest.mark.requirement("EM-05", "C-EM-12")
 def test_writing_0_clears_the_field(bench: Cia301Bench, sdo: Sdo, faults: Faults) -> None:
     """The list is empty, 1001h is what it was, and nothing is told."""
     start_proven(bench, sdo, faults)
@@ -98,9 +98,10 @@ def test_writing_0_clears_the_field(bench: Cia301Bench, sdo: Sdo, faults: Faults
     sdo.write(ERROR_FIELD, 0, u8(0), requirement="EM-05")
     count = count_of(sdo)
     bench.check(count == 0, f"1003h:00 is 0 once it is cleared; it is {count}")
-    bench.never(emcy(bench), after=began_at, for_ns=300 * MS)
+    bench.never(emcy(bench), after=began_at, for_ns=300 * MS, requirement="C-EM-12")
     found = register(sdo)
-    bench.check(found == before, f"1001h stays {before:02X}h; it is {found:02X}h")
+    text = f"1001h stays {before:02X}h; it is {found:02X}h"
+    bench.check(found == before, text, requirement="C-EM-12")
     change(bench, sdo, faults, frozenset())
 
 

@@ -181,7 +181,7 @@ class DisabledEmergencyIsSent(Wrong, EmergencyProducer):
 class WithoutEmergencyNoRegister(Wrong, EmergencyProducer):
     """With emergencies switched off errors do not show in 1001h and 1003h either."""
 
-    violates = ("C-EM-13",)
+    violates = ("C-EM-13", "EM-03")
 
     def occur(self, cause: str, fault: Fault, now: int) -> Frames:
         return super().occur(cause, fault, now) if self.is_valid() else ()
