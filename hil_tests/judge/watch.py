@@ -75,6 +75,7 @@ class Watch:
         self.timeline = StateTimeline(expected.command_ns, states)
         self._ids = _IDENTIFIERS[expected.family](expected.node_id)
         self._sdo = None if expected.node_id is None else SdoListener(expected.node_id)
+        """Hears what the tester sets in the device; None = its node id is not known."""
         self._held: Expected | None = None
         """What counts again if the write of 1017h that is under way is refused."""
         self._admitted: dict[int, Role] = {}
@@ -160,13 +161,12 @@ class Watch:
         frame = seen.frame
         self._allowed.see(seen)
         dying = self._fades_until >= 0 and seen.wanted.earliest <= self._fades_until
-        if self.expected.node_id is None or dying:
+        if self._sdo is None or dying:
             return  # whose it is nobody can say, or it is dying, and owes nothing any more
         if self.timeline.commissions(seen.wanted):
             return  # there every frame but the echo is wrong, and none is a start or a beat
         self._boot.see(seen)
-        if self._sdo is not None:
-            self._learn(self._sdo, seen)
+        self._learn(self._sdo, seen)
         if frame.can_id == self._beat_id and not frame.extended and not frame.remote:
             if self._answers_poll(seen):
                 return

@@ -98,7 +98,8 @@ class EntryFrameLate(Operation, Fault):
             return super().fire(now)
         self.entry_at = None
         operational = self.state is NmtState.OPERATIONAL
-        return super().entry_frames(now) if operational else NOTHING
+        late = super().entry_frames(now) if operational else NOTHING
+        return (*late, *super().fire(now)) if super().deadline() == now else late
 
 
 # The payload.
