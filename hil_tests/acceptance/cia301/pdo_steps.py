@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from hil_tests.acceptance.cia301.steps import APPLICATION, RPDO, TPDO, first
 from hil_tests.api import (
@@ -123,3 +123,24 @@ def numbered(one: EdsObject, value: int) -> bytes:
     """A number in the bytes of an object."""
     mask = (1 << 8 * one.kind.size) - 1
     return (value & mask).to_bytes(one.kind.size, "little")
+
+
+def expect_default_ids(
+    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, wanted: Mapping[int, int], requirement: str
+) -> None:
+    """The PDOs that the device has use the identifiers of the predefined connection set.
+
+    `wanted` gives the identifier, less the node id, for the index of each communication
+    parameter. A real device may have stored others; that is written down then.
+    """
+    found = [index for index in wanted if sheet.get(index, 1) is not None]
+    if not found:
+        raise NotApplicable("the device has no PDO of this direction")
+    for index in found:
+        can_id = sdo.number(index, 1) & 0x7FF
+        by_default = wanted[index] + bench.node_id
+        text = f"{index:04X}h:01 is {by_default:03X}h by default; it is {can_id:03X}h"
+        if can_id != by_default and not bench.stage.virtual:
+            bench.characteristic(requirement, text)
+        else:
+            bench.check(can_id == by_default, text)

@@ -8,6 +8,7 @@ from hil_tests.acceptance.cia301.pdo_steps import (
     EVENT,
     RECEIVED,
     SYNCHRONOUS,
+    expect_default_ids,
     find,
     mappable,
     numbered,
@@ -82,17 +83,7 @@ def test_default_identifiers_are_those_of_the_node(
 ) -> None:
     """200h, 300h, 400h and 500h + node id, unless somebody stored others."""
     bench.start()
-    found = [index for index in DEFAULT_IDS if sheet.get(index, 1) is not None]
-    if not found:
-        raise NotApplicable("the device has no RPDO")
-    for index in found:
-        can_id = sdo.number(index, 1) & 0x7FF
-        wanted = DEFAULT_IDS[index] + bench.node_id
-        text = f"{index:04X}h:01 is {wanted:03X}h by default; it is {can_id:03X}h"
-        if can_id != wanted and not bench.stage.virtual:
-            bench.characteristic("C-RP-01", text)
-        else:
-            bench.check(can_id == wanted, text)
+    expect_default_ids(bench, sdo, sheet, DEFAULT_IDS, "C-RP-01")
 
 
 @pytest.mark.requirement("C-RP-02", "C-RP-04", "C-PC-04")

@@ -12,6 +12,7 @@ from hil_tests.acceptance.cia301.pdo_steps import (
     NO_RTR,
     SENT,
     SYNCHRONOUS,
+    expect_default_ids,
     find,
     mappable,
     numbered,
@@ -78,17 +79,7 @@ def test_default_identifiers_are_those_of_the_node(
 ) -> None:
     """180h, 280h, 380h and 480h + node id, unless somebody stored others."""
     bench.start()
-    found = [index for index in DEFAULT_IDS if sheet.get(index, 1) is not None]
-    if not found:
-        raise NotApplicable("the device has no TPDO")
-    for index in found:
-        can_id = sdo.number(index, 1) & 0x7FF
-        wanted = DEFAULT_IDS[index] + bench.node_id
-        text = f"{index:04X}h:01 is {wanted:03X}h by default; it is {can_id:03X}h"
-        if can_id != wanted and not bench.stage.virtual:
-            bench.characteristic("C-TP-01", text)
-        else:
-            bench.check(can_id == wanted, text)
+    expect_default_ids(bench, sdo, sheet, DEFAULT_IDS, "C-TP-01")
 
 
 @pytest.mark.requirement("C-TP-01", "C-NMT-14", "C-NMT-16")
