@@ -18,7 +18,7 @@ from node_model.faults.variants import DEVIATIONS
 from node_model.keypad import Keypad, Profile
 from node_model.node import Panel
 
-_WORD = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
+_WORD = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 
 
 class Maker(Protocol):
@@ -76,7 +76,7 @@ class Variant:
 
 
 def name_of(part: type) -> str:
-    """Kebab-case name of a class: EchoTooFast is "echo-too-fast"."""
+    """Kebab-case name of a class: EchoTooFast is "echo-too-fast", NeedsAReset "needs-a-reset"."""
     return _WORD.sub("-", part.__name__).lower()
 
 

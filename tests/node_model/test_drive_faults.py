@@ -65,7 +65,7 @@ def test_each_says_what_it_is_in_one_sentence(name: str) -> None:
         ids = (DRIVE_VARIANTS[name].allowed_by, *DRIVE_VARIANTS[name].departs)
     assert ids
     for one in ids:
-        assert re.fullmatch(r"(SYN|EM|EC|C-[A-Z]+)-\d\d", one)
+        assert re.fullmatch(r"(SYN|EM|EC|MGR|C-[A-Z]+)-\d\d", one)
 
 
 def test_a_fault_replaces_a_part() -> None:
