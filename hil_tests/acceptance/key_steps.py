@@ -104,9 +104,8 @@ def expect_keys(
         if len(told) == 1:
             requirement = "KEY-03"
     seen = bench.expect(matcher, after=after, within=within, requirement=requirement)
-    measured = bench.when(seen).since(bench.when(after))
     text = f"{matcher} after the edge"
-    bench.measure(measured, limits, text, requirement="KEY-05", since=after)
+    bench.measure_between(after, seen, limits, text, requirement="KEY-05", since=after)
     return seen
 
 

@@ -182,9 +182,7 @@ def test_echo_limits_are_those_of_the_source(
 
     limits = bench.profile.limits
     drift = around(100 * ECHO_PERIOD_NS, 100 * ECHO_PERIOD_NS * limits.echo_mean_ppm // 1_000_000)
-    bench.measure(
-        bench.when(echoes[-1]).since(bench.when(echo)), drift, "a hundred echoes", since=echo
-    )
+    bench.measure_between(echo, echoes[-1], drift, "a hundred echoes", since=echo)
     bench.leave_commissioning(EXAMPLE)
     boots_as(bench, EXAMPLE, "COM-06")
 

@@ -66,7 +66,7 @@ def test_steady_light_follows_in_time(bench: KeypadBench, leds: Leds) -> None:
         text = f"every LED changes after {frame}; {len(effects)} of {len(leds.names)} did"
         bench.check(len(effects) == len(leds.names), text, since=sent_at)
         for when, name in effects:
-            bench.measure(when.since(Interval(sent_at, sent_at)), limits, f"{name} after {frame}")
+            bench.measure_between(sent_at, when, limits, f"{name} after {frame}")
 
 
 @pytest.mark.requirement("LED-02")
@@ -107,7 +107,7 @@ def test_blink_follows_the_profile(bench: KeypadBench, leds: Leds) -> None:
         for (before, lit), (after, _) in pairwise(edges):
             span_ns = profile.blink_on_ns if lit else profile.blink_off_ns
             limits = Limits(span_ns - tolerance_ns, span_ns + tolerance_ns)
-            bench.measure(after.since(before), limits, f"{name} {'on' if lit else 'off'}")
+            bench.measure_between(before, after, limits, f"{name} {'on' if lit else 'off'}")
 
 
 @pytest.mark.requirement("LED-05")
@@ -128,8 +128,8 @@ def test_leds_blink_in_step(bench: KeypadBench, leds: Leds) -> None:
         edges = [(when, lit) for when, led, lit in watched.edges if led == name]
         nearest = [
             min(
-                (when.since(other) for other, also in beat if also == lit),
-                key=lambda span: abs(span.earliest),
+                ((other, when) for other, also in beat if also == lit),
+                key=lambda ends: abs(ends[1].since(ends[0]).earliest),
                 default=None,
             )
             for when, lit in edges[1:-1]
@@ -138,9 +138,9 @@ def test_leds_blink_in_step(bench: KeypadBench, leds: Leds) -> None:
         by = "" if edges and beat else "LED-02"
         right = len(edges) >= PERIODS and None not in nearest
         bench.check(right, text, requirement=by, since=sent)
-        for span in nearest:
-            assert span is not None
-            bench.measure(span, limits, f"{name} changes with {lead}")
+        for ends in nearest:
+            assert ends is not None
+            bench.measure_between(*ends, limits, f"{name} changes with {lead}")
 
 
 @pytest.mark.requirement("LED-03", "LED-20")

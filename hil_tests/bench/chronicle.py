@@ -114,6 +114,8 @@ def mark_of(verdict: Verdict, now: int) -> Mark:
         "text": verdict.text,
         "measured_ns": list(measured) if measured else None,
         "limits_ns": _ends(limits) if limits else None,
+        "cause_at": list(verdict.cause) if verdict.cause else None,
+        "effect_at": list(verdict.effect) if verdict.effect else None,
     }
     return Mark(verdict.at if verdict.at is not None else now, str(verdict), data)
 

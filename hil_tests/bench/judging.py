@@ -10,7 +10,7 @@ from typing import NoReturn
 
 from hil_tests.bench import chronicle
 from hil_tests.bench.core import BenchCore
-from hil_tests.bench.terms import When, interval_of
+from hil_tests.bench.terms import When, interval_of, name_of
 from hil_tests.clock import MS, Interval, S, show_span
 from hil_tests.errors import NotAcknowledged
 from hil_tests.judge import matchers
@@ -25,7 +25,6 @@ from hil_tests.judge.verdict import (
     Outcome,
     Verdict,
 )
-from hil_tests.trace import Moment
 from node_model.frame import Frame
 
 SEND_PATIENCE_NS = 2 * S
@@ -85,6 +84,23 @@ class JudgingBench(BenchCore):
         """Hold a measured span against limits, guard-banded."""
         outcome = limits.check(measured)
         verdict = Verdict(requirement, outcome, text, measured, limits, self.now())
+        return self.conclude(verdict, since)
+
+    def measure_between(
+        self,
+        cause: When,
+        effect: When,
+        limits: Limits,
+        text: str,
+        *,
+        requirement: str = "",
+        since: When | None = None,
+    ) -> Verdict:
+        """Hold the time from a cause to its effect against limits, guard-banded."""
+        begin, end = self.when(cause), self.when(effect)
+        measured = end.since(begin)
+        outcome = limits.check(measured)
+        verdict = Verdict(requirement, outcome, text, measured, limits, self.now(), begin, end)
         return self.conclude(verdict, since)
 
     def characteristic(self, requirement: str, text: str) -> None:
@@ -174,14 +190,13 @@ class JudgingBench(BenchCore):
             InconclusiveResult: the doubt straddles a limit.
         """
         limits = within if isinstance(within, Limits) else Limits(at_most_ns=within)
-        self._await(f"expects {matcher} after {_name(after)}", after, limits, requirement)
+        self._await(f"expects {matcher} after {name_of(after)}", after, limits, requirement)
         bound = interval_of(after).latest + limits.at_most_ns
         seen = self.first(matcher, after, bound + LOOK_ON_NS) or self._late(matcher, after, bound)
         if seen is None:
             return self._missing(matcher, after, limits, requirement)
-        measured = self.when(seen).since(self.when(after))
-        text = f"{matcher} after {_name(after)}"
-        self.measure(measured, limits, text, requirement=requirement, since=after)
+        text = f"{matcher} after {name_of(after)}"
+        self.measure_between(after, seen, limits, text, requirement=requirement, since=after)
         return seen
 
     def _await(self, text: str, after: When, limits: Limits, requirement: str) -> None:
@@ -206,8 +221,9 @@ class JudgingBench(BenchCore):
         known = self.watch.quiet_from(self._known_until) > bound
         outcome = Outcome.FAIL if known else Outcome.INCONCLUSIVE
         why = "" if known else " (the bus was never free)"
-        text = f"expected {matcher} after {_name(after)}; none came in {show_span(waited)}{why}"
-        verdict = Verdict(requirement, outcome, text, limits=limits, at=self.now())
+        text = f"expected {matcher} after {name_of(after)}; none came in {show_span(waited)}{why}"
+        cause = self.when(after)
+        verdict = Verdict(requirement, outcome, text, None, limits, self.now(), cause)
         self.conclude(verdict, after)
         raise AssertionError(text)  # pragma: no cover - conclude never returns here
 
@@ -220,7 +236,7 @@ class JudgingBench(BenchCore):
         """
         since = interval_of(after)
         end = since.latest + for_ns
-        text = f"expects no {matcher} after {_name(after)}"
+        text = f"expects no {matcher} after {name_of(after)}"
         self._await(text, after, Limits(at_most_ns=for_ns), requirement)
         self.wait_until(end)
         self.settle()
@@ -232,7 +248,7 @@ class JudgingBench(BenchCore):
             # One that came for certain afterwards decides, whatever others leave open.
             sure = [verdict for verdict in found if verdict.outcome is Outcome.FAIL]
             self.conclude((sure or found)[0], after)
-        text = f"no {matcher} in {show_span(for_ns)} after {_name(after)}"
+        text = f"no {matcher} in {show_span(for_ns)} after {name_of(after)}"
         self.record(Verdict(requirement, Outcome.PASS, text, at=end))
 
     def _intruder(self, seen: Seen, after: When, requirement: str) -> Verdict:
@@ -240,8 +256,8 @@ class JudgingBench(BenchCore):
         since, when = interval_of(after), self.when(seen)
         outcome = Outcome.FAIL if when.earliest >= since.latest else Outcome.INCONCLUSIVE
         late_ns = when.latest - since.latest
-        text = f"{seen.frame} came {show_span(late_ns)} after {_name(after)}; none is allowed"
-        return Verdict(requirement, outcome, text, at=seen.at)
+        text = f"{seen.frame} came {show_span(late_ns)} after {name_of(after)}; none is allowed"
+        return Verdict(requirement, outcome, text, at=seen.at, cause=since, effect=when)
 
     def collect(self, matcher: Matcher, *, after: When, until: int) -> list[Seen]:
         """The matching frames asked for after something and before `until`, as seen so far.
@@ -351,9 +367,8 @@ class JudgingBench(BenchCore):
             seen = self.expect(matcher, after=last, within=patience_ns, requirement=requirement)
         else:
             limits = Limits(at_most_ns=patience_ns)
-            measured = self.when(seen).since(effect)
-            text = f"{matcher} after {_name(after)} has acted"
-            self.measure(measured, limits, text, requirement=requirement, since=after)
+            text = f"{matcher} after {name_of(after)} has acted"
+            self.measure_between(effect, seen, limits, text, requirement=requirement, since=after)
         state = SHOWN.get(seen.frame.data[0]) if len(seen.frame.data) == 1 else None
         if state is None:
             text = f"{seen.frame} shows no NMT state"
@@ -368,26 +383,5 @@ class JudgingBench(BenchCore):
         found = self.shown_state(after)
         if found is not state and self.shown_state(self.now()) is state:
             requirement = self.watch.expected.ids.shown_late
-        text = f"state {state} after {_name(after)}; the heartbeat shows {found}"
+        text = f"state {state} after {name_of(after)}; the heartbeat shows {found}"
         self.check(found is state, text, requirement=requirement, since=after)
-
-
-def _name(when: When) -> str:
-    """What a check counts from, for people."""
-    if isinstance(when, Seen):
-        return str(when.frame)
-    return _did(when) if isinstance(when, Moment) else "the instant given"
-
-
-def _did(moment: Moment) -> str:
-    """What the bench did, in words."""
-    detail = moment.detail
-    if moment.what == "power":
-        return f"power-on ({detail.get('mode')} start)" if detail.get("on") else "power-off"
-    if moment.what == "keys":
-        held = detail.get("held")
-        names = ", ".join(map(str, held)) if isinstance(held, list) else ""
-        return f"keys held: {names}" if names else "keys released"
-    if moment.what == "bitrate":
-        return f"bit rate {detail.get('bit_rate')} bit/s"
-    return moment.what

@@ -226,7 +226,8 @@ class Sdo:
         measured, limits = bench.when(answer).since(exactly(request.at)), Limits(at_most_ns=within)
         if limits.check(measured) is not Outcome.PASS:
             text = f"SDO answer {answer.frame} after {request.frame}"
-            bench.measure(measured, limits, text, requirement=IN_TIME, since=request)
+            ended = exactly(request.at)
+            bench.measure_between(ended, answer, limits, text, requirement=IN_TIME, since=request)
         return answer
 
     def _first(self, after: Seen, patience_ns: int) -> Seen | None:

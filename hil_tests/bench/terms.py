@@ -65,3 +65,24 @@ def lacking(names: Sequence[str]) -> tuple[str, str]:
     """Facilities that a bench has not: in words, and the sections of a bench file to add."""
     missing = " and no ".join(map(facility_name, names))
     return f"no {missing}", " and ".join(f"[{name}]" for name in names)
+
+
+def name_of(when: When) -> str:
+    """What a check counts from, for people."""
+    if isinstance(when, Seen):
+        return str(when.frame)
+    return _did(when) if isinstance(when, Moment) else "the instant given"
+
+
+def _did(moment: Moment) -> str:
+    """What the bench did, in words."""
+    detail = moment.detail
+    if moment.what == "power":
+        return f"power-on ({detail.get('mode')} start)" if detail.get("on") else "power-off"
+    if moment.what == "keys":
+        held = detail.get("held")
+        names = ", ".join(map(str, held)) if isinstance(held, list) else ""
+        return f"keys held: {names}" if names else "keys released"
+    if moment.what == "bitrate":
+        return f"bit rate {detail.get('bit_rate')} bit/s"
+    return moment.what

@@ -143,7 +143,8 @@ def _cadence(
         if limits.check(measured) is Outcome.FAIL and (index or request.at >= stay.ready_at):
             text = f"interval {index} of the echo" if index else "first echo after 4F8h"
             name = "COM-21" if _asked_again(stay.requests, request, after.latest) else "COM-05"
-            yield Verdict(name, Outcome.FAIL, text, measured, limits, after.latest)
+            at = after.latest
+            yield Verdict(name, Outcome.FAIL, text, measured, limits, at, before, after)
             return
     if len(spans) > ENOUGH:
         mean = mean_interval([echo.wanted for echo in echoes])

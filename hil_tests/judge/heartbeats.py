@@ -203,7 +203,7 @@ class Heartbeats:
             name = self._ids.beat_first if self._first else self._ids.beat
             text = f"no heartbeat for {show_span(silent)}"
             measured = Interval(silent, silent)
-            verdict = Verdict(name, Outcome.FAIL, text, measured, limits, last.at)
+            verdict = Verdict(name, Outcome.FAIL, text, measured, limits, last.at, last.wanted)
             limit_at = last.wanted.latest + limits.at_most_ns
             self._missing.append(Silence(verdict, limit_at, until))
 

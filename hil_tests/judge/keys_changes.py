@@ -36,10 +36,10 @@ class Changes:
                 continue
             limits = Limits(at_most_ns=self._rules.command_ns)
             in_time = later and later[0].wanted.earliest <= closes.latest
-            measured = later[0].wanted.since(opens) if in_time else None
-            how = "late" if measured else "missing"
+            timed = (opens, later[0].wanted) if in_time else None
+            how = "late" if timed else "missing"
             text = f"the key frame on entering operational is {how}"
-            yield fail("KEY-01", text, bound, measured, limits)
+            yield fail("KEY-01", text, bound, timed, limits)
 
     def _unshown(self) -> Iterator[Verdict]:
         """Changes that were not shown, or too late."""
@@ -105,9 +105,8 @@ class Changes:
         if change.sure or change.outside:
             late = self._shows(change, min(change.closes_at, key.steady_until(change)))
         if late is not None and late.wanted.earliest > bound:
-            measured = late.wanted.since(change.began)
             text = f"{what}: the key frame came {show_span(late.wanted.earliest - bound)} too late"
-            return fail("KEY-05", text, bound, measured, limits)
+            return fail("KEY-05", text, bound, (change.began, late.wanted), limits)
         if change.outside and change.level and late is None:
             return fail("KEY-22", f"{what} before operational was never shown", bound)
         return fail("KEY-06", f"{what}: the change was never shown", bound)

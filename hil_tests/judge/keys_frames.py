@@ -85,13 +85,13 @@ class Frames:
         counts_at = key.may_count_at(index) if index else -FOREVER
         if counts_at is not None and at < counts_at:
             limits = Limits(at_least_ns=self._rules.soonest_ns)
-            measured = report.wanted.since(stay.start)
-            return fail("KEY-05", f"{is_shown} too early", at, measured, limits)
+            timed = (stay.start, report.wanted)
+            return fail("KEY-05", f"{is_shown} too early", at, timed, limits)
         recent = stay.end.latest + self._rules.surely_ns + self._rules.key_frame_ns
         if counts_at is None and report.wanted.earliest <= recent:
             limits = Limits(at_least_ns=self._rules.soonest_ns)
-            measured = stay.end.since(stay.start)
-            return fail("KEY-04", f"{is_shown} after too short a time", at, measured, limits)
+            timed = (stay.start, stay.end)
+            return fail("KEY-04", f"{is_shown} after too short a time", at, timed, limits)
         if entry == 0:
             return fail("KEY-01", f"{is_shown} on entering operational, which is wrong", at)
         if entry is not None:

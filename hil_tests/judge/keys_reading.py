@@ -128,8 +128,12 @@ def fail(
     requirement: str,
     text: str,
     at: int,
-    measured: Interval | None = None,
+    timed: tuple[Interval, Interval] | None = None,
     limits: Limits | None = None,
 ) -> Verdict:
-    """A FAIL of this reading."""
-    return Verdict(requirement, Outcome.FAIL, text, measured, limits, at)
+    """A FAIL of this reading; `timed` = cause and effect, where the time between is wrong."""
+    if timed is None:
+        return Verdict(requirement, Outcome.FAIL, text, None, limits, at)
+    cause, effect = timed
+    measured = effect.since(cause)
+    return Verdict(requirement, Outcome.FAIL, text, measured, limits, at, cause, effect)

@@ -25,6 +25,7 @@ class Periodic:
         conclusive: how many of them lie clearly inside or outside.
         failed: index of the first beat whose distance to the one before is wrong.
         worst: that interval, or else the one nearest to a limit.
+        worst_index: index of the beat that ends it.
         mean: mean interval, with its doubt; None without an interval.
         mean_outcome: of the mean.
     """
@@ -35,6 +36,7 @@ class Periodic:
     worst: Interval | None
     mean: Interval | None
     mean_outcome: Outcome
+    worst_index: int = 0
 
     @property
     def inconclusive_share(self) -> float:
@@ -66,6 +68,7 @@ def survey(beats: Sequence[Interval], each: Limits, mean: Limits) -> Periodic:
     conclusive = 0
     failed: int | None = None
     worst: Interval | None = None
+    worst_index = 0
     for index in range(1, len(beats)):
         measured = beats[index].since(beats[index - 1])
         outcome = each.check(measured)
@@ -73,13 +76,13 @@ def survey(beats: Sequence[Interval], each: Limits, mean: Limits) -> Periodic:
         if failed is not None:
             continue
         if outcome is Outcome.FAIL:
-            failed, worst = index, measured
+            failed, worst, worst_index = index, measured, index
         elif worst is None or _exceeds(measured, each) > _exceeds(worst, each):
-            worst = measured
+            worst, worst_index = measured, index
     count = max(len(beats) - 1, 0)
     middle = mean_interval(beats) if count else None
     outcome = mean.check(middle) if middle is not None else Outcome.INCONCLUSIVE
-    return Periodic(count, conclusive, failed, worst, middle, outcome)
+    return Periodic(count, conclusive, failed, worst, middle, outcome, worst_index)
 
 
 def judge_periodic(
@@ -101,21 +104,23 @@ def judge_periodic(
         enough: conclusive intervals that a PASS needs.
     """
     seen = survey(beats, each, mean)
+    ends = tuple(beats[seen.worst_index - 1 : seen.worst_index + 1]) if seen.worst else ()
     if seen.failed is not None and seen.worst is not None:
         text = f"{name}: interval {seen.failed} of {seen.intervals} is {show_interval(seen.worst)}"
         at = beats[seen.failed].latest
-        return Verdict(requirement, Outcome.FAIL, text, seen.worst, each, at)
+        return Verdict(requirement, Outcome.FAIL, text, seen.worst, each, at, *ends)
     whole = f"{name}: {seen.intervals} intervals, {seen.conclusive} conclusive"
     if seen.intervals >= enough and seen.mean_outcome is Outcome.FAIL and seen.mean:
         text = f"{whole}, mean {show_interval(seen.mean)}"
         return Verdict(requirement, Outcome.FAIL, text, seen.mean, mean, beats[-1].latest)
     if seen.conclusive >= enough and seen.mean_outcome is Outcome.PASS and seen.mean:
         text = f"{whole}, mean {show_interval(seen.mean)}"
-        return Verdict(requirement, Outcome.PASS, text, seen.worst, each)
+        return Verdict(requirement, Outcome.PASS, text, seen.worst, each, None, *ends)
     need = f"; a verdict needs {enough} conclusive ones"
     if seen.mean is not None and seen.mean_outcome is not Outcome.PASS:
         need += f" and a clear mean (now {show_interval(seen.mean)}, {mean})"
-    return Verdict(requirement, Outcome.INCONCLUSIVE, whole + need, seen.worst, each)
+    text = whole + need
+    return Verdict(requirement, Outcome.INCONCLUSIVE, text, seen.worst, each, None, *ends)
 
 
 def around(period_ns: int, tolerance_ns: int) -> Limits:

@@ -43,14 +43,16 @@ class Suspicion:
         the conclusive ones: no verdict, as if that had been known when it was seen.
         """
         when = lateness.widen(self.seen)
-        measured = when.since(lateness.widen(self.since)) if self.since else None
+        cause = lateness.widen(self.since) if self.since else None
+        measured = when.since(cause) if cause else None
         outcome = self.check(when)
         if self.limits is not None and measured is not None:
             conclusive = self.limits.check(measured) is Outcome.FAIL
             outcome = Outcome.FAIL if conclusive else Outcome.PASS
         if outcome is Outcome.PASS:
             return None
-        return Verdict(self.requirement, outcome, self.text, measured, self.limits, self.seen.at)
+        at, limits = self.seen.at, self.limits
+        return Verdict(self.requirement, outcome, self.text, measured, limits, at, cause, when)
 
 
 @dataclass(frozen=True, slots=True)

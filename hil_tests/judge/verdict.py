@@ -73,6 +73,8 @@ class Verdict:
         measured: the span that was measured, if any.
         limits: what it was held against, if any.
         at: instant to look at in the trace.
+        cause: from when the measured span counts, with its doubt; None = nothing was timed.
+        effect: when it ended; None = it never did, or nothing was timed.
     """
 
     requirement: str
@@ -81,6 +83,8 @@ class Verdict:
     measured: Interval | None = None
     limits: Limits | None = None
     at: int | None = None
+    cause: Interval | None = None
+    effect: Interval | None = None
 
     def __str__(self) -> str:
         parts = [f"{self.requirement}: " if self.requirement else "", self.text]

@@ -36,7 +36,10 @@ def check_run(folder: Path) -> list[str]:
     document = json.loads(path.read_text("utf-8"))
     wrong = list(breaches(document, results_schema()))
     # Sums of something that is no result cannot be worked out.
-    return wrong or [*_wrong_sums(document), *_wrong_traces(path.parent, run.results)]
+    if wrong:
+        return wrong
+    spans = _wrong_spans(run.results)
+    return [*_wrong_sums(document), *spans, *_wrong_traces(path.parent, run.results)]
 
 
 def results_path(run: Path) -> Path:
@@ -67,6 +70,19 @@ def _wrong_sums(document: Mapping[str, Any]) -> Iterator[str]:
             said, is_so = document[name].get(key), json.loads(json.dumps(right.get(key)))
             if said != is_so:
                 yield f"{name}.{key}: {said}, and the results give {is_so}"
+
+
+def _wrong_spans(results: tuple[TestResult, ...]) -> Iterator[str]:
+    """A measured span is what lies between its cause and its effect."""
+    for place, result in enumerate(results):
+        for number, row in enumerate(result.verdicts):
+            cause, effect, measured = row.cause_at, row.effect_at, row.measured_ns
+            if cause is None or effect is None or measured is None:
+                continue
+            span = (effect[0] - cause[1], effect[1] - cause[0])
+            if span != measured:
+                where = f"results[{place}].verdicts[{number}].measured_ns"
+                yield f"{where}: {list(measured)}, and cause and effect give {list(span)}"
 
 
 def _wrong_traces(folder: Path, results: tuple[TestResult, ...]) -> Iterator[str]:

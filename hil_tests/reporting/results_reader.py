@@ -199,18 +199,26 @@ def _result(item: Any, place: str) -> TestResult:
 
 
 def _row(row: Any, place: str) -> VerdictRow:
-    measured = _pair(row, "measured_ns", place)
-    if measured is not None and None in measured:
-        raise _Wrong(f"{place}.measured_ns: both ends are needed")
     return VerdictRow(
         requirement=_field(row, "requirement", str, place),
         outcome=_outcome(row, place),
         what=_field(row, "what", str, place, ""),
-        measured_ns=measured,  # type: ignore[arg-type]  # None was refused above
+        measured_ns=_interval(row, "measured_ns", place),
         limits_ns=_pair(row, "limits_ns", place),
         text=_field(row, "text", str, place, ""),
         at=_int_or_none(row, "at", place),
+        cause_at=_interval(row, "cause_at", place),
+        effect_at=_interval(row, "effect_at", place),
     )
+
+
+def _interval(row: Any, key: str, place: str) -> tuple[int, int] | None:
+    match _pair(row, key, place):
+        case None:
+            return None
+        case int(low), int(high):
+            return low, high
+    raise _Wrong(f"{place}.{key}: both ends are needed")
 
 
 def _pair(row: Any, key: str, place: str) -> tuple[int | None, int | None] | None:

@@ -43,6 +43,8 @@ class VerdictRow:
         limits_ns: at least, at most; None = no limit on that side.
         text: the sentence for people.
         at: the instant to look at in the trace, ns; None = none in particular.
+        cause_at: from when the measured span counts: the interval in which that was, ns.
+        effect_at: the same of its end; None = it never came, or nothing was timed.
     """
 
     requirement: str
@@ -52,6 +54,8 @@ class VerdictRow:
     limits_ns: Ends | None = None
     text: str = ""
     at: int | None = None
+    cause_at: tuple[int, int] | None = None
+    effect_at: tuple[int, int] | None = None
 
     @property
     def margin(self) -> Margin | None:
@@ -71,6 +75,8 @@ class VerdictRow:
             "limits_ns": list(self.limits_ns) if self.limits_ns else None,
             "margin": margin._asdict() if margin else None,
             "at": self.at,
+            "cause_at": list(self.cause_at) if self.cause_at else None,
+            "effect_at": list(self.effect_at) if self.effect_at else None,
             "text": self.text,
         }
 

@@ -14,6 +14,7 @@ from hil_tests.run.header import sha256_of
 
 if TYPE_CHECKING:
     from hil_tests.bench.bench import Bench
+    from hil_tests.clock import Interval
     from hil_tests.judge.verdict import Verdict
 
 _INTERMISSION = 3
@@ -110,16 +111,21 @@ def verdict_rows(
 
 
 def _row(verdict: Verdict, requirement: str, found: str) -> VerdictRow:
-    measured = verdict.measured
     return VerdictRow(
         requirement=requirement,
         outcome=found,
         what=verdict.text,
-        measured_ns=(measured.earliest, measured.latest) if measured else None,
+        measured_ns=_pair(verdict.measured),
         limits_ns=verdict.limits.ends if verdict.limits else None,
         text=str(verdict),
         at=verdict.at,
+        cause_at=_pair(verdict.cause),
+        effect_at=_pair(verdict.effect),
     )
+
+
+def _pair(interval: Interval | None) -> tuple[int, int] | None:
+    return (interval.earliest, interval.latest) if interval else None
 
 
 def result_of(

@@ -162,7 +162,4 @@ def doubted(found: list[Verdict], life: Life) -> list[Verdict]:
     if not life.losses:
         return found
     why = f"perhaps, for frames were lost ({life.losses[0].kind.value}): "
-    return [
-        Verdict(v.requirement, Outcome.INCONCLUSIVE, why + v.text, v.measured, v.limits, v.at)
-        for v in found
-    ]
+    return [replace(v, outcome=Outcome.INCONCLUSIVE, text=why + v.text) for v in found]

@@ -28,7 +28,8 @@ def _run(tmp_path: Path) -> Path:
     with PcapngSink(trace, interface="vcan7", clock="virtual time", flush=False) as sink:
         sink.write(Sighting(Frame(0x705, b"\x00"), 5))
     told = TraceFile("traces/a.pcapng", hashlib.sha256(trace.read_bytes()).hexdigest(), 1)
-    rows = (VerdictRow("HB-01", "passed", "interval", (99, 101), (95, 105)),)
+    ends = (1, 2), (101, 102)
+    rows = (VerdictRow("HB-01", "passed", "interval", (99, 101), (95, 105), "", 102, *ends),)
     with ResultsFile(tmp_path / "results.json", HEADER) as file:
         result = TestResult("t::a", "passed", requirements=["HB-01"], verdicts=rows, trace=told)
         file.add(result.to_json())
@@ -50,6 +51,15 @@ def test_a_sound_run_is_valid(run: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert check_run(run / "results.json") == []
     assert cli.main(["check", str(run)]) == 0
     assert capsys.readouterr().out == f"{run}: complete, valid\n"
+
+
+def test_a_span_that_its_ends_do_not_give_is_told(run: Path) -> None:
+    """What was measured lies between cause and effect, doubts included."""
+    where = "results[0].verdicts[0].measured_ns"
+    wrong = changed(
+        run, lambda document: document["results"][0]["verdicts"][0].update(cause_at=[1, 3])
+    )
+    assert wrong == [f"{where}: [99, 101], and cause and effect give [98, 101]"]
 
 
 def test_a_breach_of_the_schema_is_told(run: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -78,11 +78,10 @@ def expect_event(
         requirement = rule_of_missing(bench, LIFE_GUARD_CODE, since, requirement)
     bench.check(found is not None, "EMCY 8130h follows", requirement=requirement, since=since)
     assert found is not None
-    span = bench.when(found).since(bench.when(since))
     text = f"EMCY 8130h after {since.frame}"
     # The device counts with a clock of its own, as good as that of its heartbeat.
     allowed = Limits(limits.heartbeat_mean_ns(span_ns)[0], span_ns + late_ns)
-    bench.measure(span, allowed, text, requirement=timing, since=since)
+    bench.measure_between(since, found, allowed, text, requirement=timing, since=since)
     return found
 
 

@@ -221,8 +221,8 @@ def test_the_inhibit_time_keeps_emcys_apart(
     over = bench.first(matcher, emcy, emcy.at + most + 500 * MS)
     bench.check(over is not None, "the second EMCY comes", requirement="C-EM-04")
     assert over is not None
-    span = bench.when(over).since(bench.when(emcy))
-    bench.measure(span, Limits(least, most), f"EMCYs with 1015h = {inhibit}", since=emcy)
+    text = f"EMCYs with 1015h = {inhibit}"
+    bench.measure_between(emcy, over, Limits(least, most), text, since=emcy)
 
 
 @pytest.mark.requirement("C-EM-17")

@@ -190,14 +190,13 @@ def test_a_new_time_while_it_runs_starts_anew(bench: Cia301Bench, sdo: Sdo, shee
     found = bench.beats(beat, 3, after=written, patience_ns=1 * S)
     least, most = bench.profile.limits.heartbeat_each_ns(400 * MS)
     for before, after in pairwise(found):
-        span = bench.when(after).since(bench.when(before))
-        bench.measure(span, Limits(least, most), "an interval after 1017h was written")
+        text = "an interval after 1017h was written"
+        bench.measure_between(before, after, Limits(least, most), text)
     at_once = bench.when(found[0]).earliest - written < 40 * MS
     if not at_once:
         text = "the first beat after 1017h was written"
-        beat_at = bench.when(found[0])
-        bench.measure(beat_at.since(bench.when(asked)), Limits(at_least_ns=least), text)
-        bench.measure(beat_at.since(bench.when(written)), Limits(at_most_ns=most), text)
+        bench.measure_between(asked, found[0], Limits(at_least_ns=least), text)
+        bench.measure_between(written, found[0], Limits(at_most_ns=most), text)
 
 
 @pytest.mark.requirement("C-HB-10", "EC-03")

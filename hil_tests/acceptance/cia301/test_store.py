@@ -57,9 +57,8 @@ def order(bench: Cia301Bench, sdo: Sdo, index: int, sub: int, signature: bytes) 
     served = seen is not None and seen.frame.data[:4] == wanted[:4]
     bench.check(served, text, requirement="C-ST-02", since=sent)
     assert seen is not None
-    span = bench.when(seen).since(bench.when(sent))
-    text = f"{signature!r} to {shown(index, sub)}"
-    bench.measure(span, Limits(at_most_ns=within), text, requirement="C-ST-08", since=sent)
+    text, limits = f"{signature!r} to {shown(index, sub)}", Limits(at_most_ns=within)
+    bench.measure_between(sent, seen, limits, text, requirement="C-ST-08", since=sent)
     bench.wait(within)
 
 

@@ -264,8 +264,8 @@ def test_the_inhibit_time_keeps_events_apart(bench: Cia301Bench, sdo: Sdo, sheet
         raise NotApplicable("a write by SDO is no event of this device")
     least = bench.profile.limits.heartbeat_mean_ns(50 * MS)[0]
     for sooner, later in pairwise(found):
-        span = bench.when(later).since(bench.when(sooner))
-        bench.measure(span, Limits(least), "TPDOs with an inhibit time of 50 ms", since=sooner)
+        text = "TPDOs with an inhibit time of 50 ms"
+        bench.measure_between(sooner, later, Limits(least), text, since=sooner)
     last = found[-1].frame
     text = f"the last value {data.hex()} is sent at last; the last TPDO is {last}"
     bench.check(last.data == data, text)

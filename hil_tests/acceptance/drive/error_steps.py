@@ -70,8 +70,8 @@ def change(bench: Cia301Bench, sdo: Sdo, faults: Faults, active: frozenset[str])
     bench.check(not wrong, text, requirement=requirement, since=moment)
     last = Limits(at_most_ns=bench.profile.limits.emcy_ns)
     for one in found:
-        measured = bench.when(one).since(moment.when)
-        bench.measure(measured, last, "error to emergency message", requirement=requirement)
+        text = "error to emergency message"
+        bench.measure_between(moment, one, last, text, requirement=requirement)
     return moment
 
 

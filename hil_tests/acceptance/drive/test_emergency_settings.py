@@ -122,8 +122,8 @@ def test_the_inhibit_time_lies_between_messages(
     bench.check(bool(found), "the first error is told", requirement="EM-01", since=began_at)
     apart = Limits(at_least_ns=inhibit_ms * MS - spread_ns(bench))
     for first, second in pairwise(found):
-        measured = bench.when(second).since(bench.when(first))
-        bench.measure(measured, apart, "from one emergency message to the next", since=first)
+        text = "from one emergency message to the next"
+        bench.measure_between(first, second, apart, text, since=first)
     codes = [int.from_bytes(one.frame.data[:2], "little") for one in found]
     right = [faults.known[name].code for name in names]
     orderly = [code for code in right if code in codes] == codes

@@ -138,8 +138,7 @@ def test_the_inhibit_time_lies_between_events(
     bench.check(len(found) >= 2, text, since=began_at)
     apart = Limits(at_least_ns=inhibit_ms * MS - spread_ns(bench))
     for first, second in pairwise(found):
-        measured = bench.when(second).since(bench.when(first))
-        bench.measure(measured, apart, "from one TPDO to the next", since=first)
+        bench.measure_between(first, second, apart, "from one TPDO to the next", since=first)
     last = found[-1].frame.data[: len(status)]
     text = f"the last TPDO shows the status {status.hex()}h; it is {last.hex()}h"
     bench.check(last == status, text, since=began_at)

@@ -1,23 +1,27 @@
-"""The checks of a test, each with its place in the recording and what it counted from.
+"""The checks of a test, each with its place in the recording, and what it was timed between.
 
-A check that names its cause ("... after 701#00") is traced back to that frame or stimulus, and
-forward to the frame that was judged; then an arrow can be drawn.
+Results say from when to when a span was measured, each end with its doubt. A device's frame
+counts from when it was asked for; the timeline shows it where it ended. So an end that is
+the request of a recorded frame is drawn at that frame, and every other where it was.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hil_tests.clock import MS
+from hil_tests.clock import MS, S
 from hil_tests.reporting.html.recording import Recording
 from hil_tests.reporting.rows import VerdictRow
-from hil_tests.trace import Moment
 
 _FRAME_NS = 20 * MS
-"""A frame ends later than it was asked for: at 20 kbit/s by 7 ms, on a busy bus by more."""
-_LOOK_BACK = 5000
+"""The longest frame at the slowest rate takes less: 16 ms at 10 kbit/s."""
+_BIT_RATES = (10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000)
+_BIT_TIMES = frozenset(S // rate for rate in _BIT_RATES)
+"""Of CiA 301 4.2.0, 5.4, and two that adapters offer besides."""
+
+Ends = tuple[int, int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,77 +30,43 @@ class Check:
 
     Args:
         row: as `results.json` has it.
-        cause_at: instant of the stimulus or frame from which it counted.
-        effect: index of the frame that was judged.
+        cause_at: where the cause of a measured span is drawn; None = nothing was timed.
+        effect_at: where its effect is drawn; None = there is none.
     """
 
     row: VerdictRow
     cause_at: int | None = None
-    effect: int | None = None
+    effect_at: int | None = None
+
+    @property
+    def at(self) -> int | None:
+        """The instant to look at; None = none in particular."""
+        return self.effect_at if self.row.at is None else self.row.at
 
 
 def checks_of(rows: Sequence[VerdictRow], recording: Recording | None) -> list[Check]:
     """The checks of a test, in the order in which they were made."""
     if recording is None:
         return [Check(row) for row in rows]
-    moments = recording.moments()
-    return [Check(row, *_traced(row, recording, moments)) for row in rows]
+    return [
+        Check(row, _drawn(row.cause_at, recording), _drawn(row.effect_at, recording))
+        for row in rows
+    ]
 
 
-def _traced(
-    row: VerdictRow, recording: Recording, moments: Sequence[Moment]
-) -> tuple[int | None, int | None]:
-    """Cause and effect of a measured span, as far as the recording shows them."""
-    _, after, name = row.what.rpartition(" after ")
-    if not after or row.measured_ns is None or row.at is None:
-        return None, None
-    cause_at = _frame_named(name, row.at, recording)
-    if cause_at is None:
-        cause_at = _moment_named(name, row.at, moments)
-    if cause_at is None:
-        return None, None
-    return cause_at, _effect(cause_at, row.measured_ns, recording)
-
-
-def _frame_named(name: str, at: int, recording: Recording) -> int | None:
-    """The last frame that is written so, before an instant."""
-    wanted = recording.kinds.by_text.get(name.removesuffix(" has acted"))
-    if not wanted:
+def _drawn(end: Ends | None, recording: Recording) -> int | None:
+    """Where one end of a measured span is drawn: at its frame, if it is one."""
+    if end is None:
         return None
-    index = bisect_right(recording.at, at) - 1
-    for place in range(index, max(-1, index - _LOOK_BACK), -1):
-        if recording.kind[place] in wanted:
-            return recording.at[place]
-    return None
-
-
-def _moment_named(name: str, at: int, moments: Sequence[Moment]) -> int | None:
-    """The last stimulus of that name before an instant."""
-    place = bisect_right(moments, at, key=lambda moment: moment.began_at)
-    for moment in reversed(moments[max(0, place - 50) : place]):
-        if _names(moment, name):
-            return moment.ended_at
-    return None
-
-
-def _names(moment: Moment, name: str) -> bool:
-    """Whether a check calls that stimulus by that name."""
-    if moment.what == "power":
-        return name.startswith("power-on" if moment.detail.get("on") else "power-off")
-    if moment.what == "keys":
-        held = moment.detail.get("held")
-        names = ", ".join(map(str, held)) if isinstance(held, list) else ""
-        return name == (f"keys held: {names}" if names else "keys released")
-    return name.startswith(moment.what)
-
-
-def _effect(cause_at: int, measured_ns: tuple[int, int], recording: Recording) -> int | None:
-    """The frame of the device that ended next to the measured span after the cause."""
-    earliest, latest = cause_at + measured_ns[0], cause_at + measured_ns[1]
-    first = bisect_left(recording.at, earliest)
-    for index in range(first, min(first + 200, len(recording))):
-        if recording.at[index] > latest + _FRAME_NS:
-            return None
-        if not recording.kinds.all[recording.kind[index]].own and recording.at[index] > cause_at:
-            return index
-    return None
+    began_at = end[1]
+    stamps, kinds = recording.at, recording.kinds.all
+    for index in range(bisect_left(stamps, began_at), len(recording)):
+        spent_ns = stamps[index] - began_at
+        if spent_ns == 0:
+            return stamps[index]
+        if spent_ns > _FRAME_NS:
+            break
+        bit_ns, rest = divmod(spent_ns, kinds[recording.kind[index]].frame.bits)
+        if rest == 0 and bit_ns in _BIT_TIMES:
+            return stamps[index]
+    return began_at

@@ -97,7 +97,7 @@ def _choices(test: TestView, recording: Recording) -> list[list[Stretch]]:
 
 def _windows(test: TestView, recording: Recording) -> list[Stretch]:
     """Some seconds round each check that matters; else the beginning and the end."""
-    near = [c.row.at for c in test.checks if c.row.at is not None and is_near(c)]
+    near = [c.at for c in test.checks if c.at is not None and is_near(c)]
     instants = sorted(near)[:50] or [*recording.at[:1], *recording.at[-1:]]
     found: list[Stretch] = []
     for at in instants:
@@ -195,23 +195,23 @@ def _head(
             for event in events[:_MOST_EVENTS]
         ],
         "moments": list(other_moments(recording, origin_at))[:_MOST_EVENTS],
-        "checks": _checks(test, recording, origin_at),
+        "checks": _checks(test, origin_at),
     }
 
 
-def _checks(test: TestView, recording: Recording, origin_at: int) -> list[dict[str, Any]]:
+def _checks(test: TestView, origin_at: int) -> list[dict[str, Any]]:
     """Checks with an instant: those that matter, then the first ones."""
-    timed = [check for check in test.checks if check.row.at is not None]
+    timed = [check for check in test.checks if check.at is not None]
     if len(timed) > _MOST_CHECKS:
         timed = sorted(timed, key=lambda check: not is_near(check))[:_MOST_CHECKS]
-    return [_check(check, recording, origin_at) for check in sorted(timed, key=_instant)]
+    return [_check(check, origin_at) for check in sorted(timed, key=_instant)]
 
 
 def _instant(check: Check) -> int:
-    return check.row.at or 0
+    return check.at or 0
 
 
-def _check(check: Check, recording: Recording, origin_at: int) -> dict[str, Any]:
+def _check(check: Check, origin_at: int) -> dict[str, Any]:
     row = check.row
     found: dict[str, Any] = {
         "at": _instant(check) - origin_at,
@@ -219,10 +219,11 @@ def _check(check: Check, recording: Recording, origin_at: int) -> dict[str, Any]
         "text": row.text or row.what,
         "req": row.requirement,
     }
-    if check.cause_at is not None and check.effect is not None:
+    if check.cause_at is not None:
+        found["cause"] = check.cause_at - origin_at
+    if check.effect_at is not None and row.measured_ns:
         found |= {
-            "cause": check.cause_at - origin_at,
-            "effect": recording.at[check.effect] - origin_at,
+            "effect": check.effect_at - origin_at,
             "measured": row.measured_ns,
             "limits": row.limits_ns,
         }

@@ -52,8 +52,6 @@ class Kinds:
         """Doubt -> the bytes behind the stamp -> number."""
         self.texts: list[str] = []
         """How the frame of each is written."""
-        self.by_text: dict[str, set[int]] = {}
-        """Frame as it is written, e.g. 701#00 -> numbers of its kinds."""
         self.own: set[int] = set()
         """Those that the tester sends."""
 
@@ -63,9 +61,7 @@ class Kinds:
         if found is None:
             found = self._known[kind] = len(self.all)
             self.all.append(kind)
-            text = str(kind.frame)
-            self.texts.append(text)
-            self.by_text.setdefault(text, set()).add(found)
+            self.texts.append(str(kind.frame))
             if kind.own:
                 self.own.add(found)
         return found

@@ -40,17 +40,18 @@ HEAD: Mapping[str, Any] = {
 def failed() -> VerdictRow:
     """An EMCY that came too late."""
     what = "EMCY 50xxh of node 1 after 701#00"
-    measured = (110 * MS, 112 * MS)
-    return VerdictRow("NMT-02", "failed", what, measured, (None, 100 * MS), LATE, at=165 * MS)
+    measured, limits = (110 * MS, 112 * MS), (None, 100 * MS)
+    ends = (49 * MS, 50 * MS), (160 * MS, 161 * MS)
+    return VerdictRow("NMT-02", "failed", what, measured, limits, LATE, 165 * MS, *ends)
 
 
 def passed(name: str = "NMT-02") -> VerdictRow:
     """A boot-up in time."""
     what = "boot-up of node 1 after power-on (regular start)"
-    text = f"{what}; measured 49 ms .. 51 ms; allowed at most 1 s"
-    return VerdictRow(
-        name, "passed", what, (49 * MS, 51 * MS), (None, 1000 * MS), text, at=60 * MS
-    )
+    text = f"{what}; measured 48.999 ms .. 50 ms; allowed at most 1 s"
+    measured, limits = (49 * MS - 1000, 50 * MS), (None, 1000 * MS)
+    ends = (0, 1000), (49 * MS, 50 * MS)
+    return VerdictRow(name, "passed", what, measured, limits, text, 60 * MS, *ends)
 
 
 def result(number: int, *rows: VerdictRow, outcome: str = "passed", **more: Any) -> TestResult:

@@ -129,13 +129,45 @@ def test_rare_identifiers_share_a_lane(tmp_path: Path) -> None:
 
 
 def test_a_measured_check_has_cause_and_effect(tmp_path: Path) -> None:
-    """The EMCY that came too late is traced from the boot-up that its check names."""
+    """The arrow leads from what a check counted from to the frame that was judged."""
     run = make_run(tmp_path / "run", result(1, passed(), failed(), outcome="failed"))
     head, _, _ = unpack(views(run)[0].data)
     power, emcy = head["checks"]
     assert (power["cause"], power["effect"]) == (1000, 50 * MS)
     assert (emcy["cause"], emcy["effect"]) == (50 * MS, 161 * MS)
     assert emcy["limits"] == [None, 100 * MS]
+
+
+def test_an_arrow_ends_where_a_frame_does(tmp_path: Path) -> None:
+    """On a wire with bit times a frame was asked for earlier by its length, which is known."""
+    boot = Sighting(Frame(0x701, b"\x00"), 50 * MS)
+    asked_at = boot.at - boot.frame.bits * 4000
+    key = Moment("keys", asked_at - 7, asked_at - 5, {"held": ["k1"]})
+
+    def drawn(cause: int, effect: int) -> dict[str, Any]:
+        ends = (cause, cause), (effect, effect)
+        row = VerdictRow("HB-01", "passed", "x", (0, 0), cause_at=ends[0], effect_at=ends[1])
+        run = run_with(tmp_path / f"run{cause}-{effect}", key, boot, row=row)
+        (check,) = unpack(views(run)[0].data)[0]["checks"]
+        origin_at = key.began_at
+        return {name: check[name] + origin_at for name in ("at", "cause", "effect")}
+
+    assert drawn(asked_at - 5, asked_at) == {
+        "at": boot.at,
+        "cause": asked_at - 5,
+        "effect": boot.at,
+    }
+    assert drawn(asked_at, asked_at + 1)["effect"] == asked_at + 1, "no rate fits: it stays"
+    assert drawn(asked_at, boot.at)["cause"] == boot.at
+
+
+def test_what_never_came_has_a_cause_alone(tmp_path: Path) -> None:
+    """The place from which its time counted is shown; no arrow leads anywhere."""
+    row = VerdictRow("NMT-02", "failed", "none came", at=90 * MS, cause_at=(0, 1000))
+    head, _, _ = unpack(views(make_run(tmp_path / "run", result(1, row)))[0].data)
+    (check,) = head["checks"]
+    assert check["cause"] == 1000
+    assert "effect" not in check
 
 
 def beats(count: int, period_ns: int = S) -> list[Sighting]:

@@ -183,7 +183,8 @@
     showCheck(number) {
       const check = this.bus.checks[number];
       this.check = number;
-      this.frame = 'effect' in check ? this.search(check.effect) : -1;
+      const frame = 'effect' in check ? this.search(check.effect) : -1;
+      this.frame = this.bus.at[frame] === check.effect ? frame : -1;
       this.tell();
       const from = check.cause ?? check.at - 2e8, to = Math.max(check.effect ?? check.at, check.at);
       this.view(from - (to - from) * 0.35 - 2e7, to + (to - from) * 0.35 + 2e7);
@@ -458,8 +459,8 @@
     }
     drawBand() {
       const check = this.bus.checks[this.check];
-      if (!check || check.cause === undefined || !check.limits) return;
-      const lane = this.laneOf(this.search(check.effect)), y = this.top(lane);
+      if (!check || check.effect === undefined || !check.limits) return;
+      const lane = this.laneAt(check.effect), y = this.top(lane);
       const [low, high] = check.limits;
       const x = low === null ? this.x(check.cause) : this.x(check.cause + low);
       const far = high === null ? this.width : this.x(check.cause + high);
@@ -470,16 +471,16 @@
       this.hatch(from, y, Math.max(to - from, 2), ROW);
     }
     drawArrows() {
-      const shown = this.bus.checks.filter((check) => check.cause !== undefined && check.effect >= this.from && check.cause <= this.to);
+      const shown = this.bus.checks.filter((check) => check.effect !== undefined && check.effect >= this.from && check.cause <= this.to);
       if (shown.length < 120) for (const check of shown) if (check !== this.bus.checks[this.check]) this.drawArrow(check, false);
       const chosen = this.bus.checks[this.check];
-      if (chosen && chosen.cause !== undefined) this.drawArrow(chosen, true);
+      if (chosen && chosen.effect !== undefined) this.drawArrow(chosen, true);
     }
     drawArrow(check, chosen) {
       const { pen } = this;
       const x = this.x(check.cause), far = this.x(check.effect);
       if (!chosen && far - x < 4) return;
-      const y = this.top(this.laneAt(check.cause)) + ROW / 2, to = this.top(this.laneOf(this.search(check.effect))) + ROW / 2;
+      const y = this.top(this.laneAt(check.cause)) + ROW / 2, to = this.top(this.laneAt(check.effect)) + ROW / 2;
       const colour = this.colour(check.outcome in { passed: 1 } ? 'passed' : BAD.has(check.outcome) ? check.outcome : 'idle');
       const tip = to + (to > y ? -7 : 7);
       pen.globalAlpha = chosen ? 1 : 0.35;
