@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from hil_tests.bench import chronicle
-from hil_tests.bench.judging import JudgingBench
-from hil_tests.bench.terms import lacking
+from hil_tests.bench.judging import LOOK_ON_NS, JudgingBench
+from hil_tests.bench.terms import interval_of, lacking
 from hil_tests.config import Setup
 from hil_tests.judge import matchers
 from hil_tests.judge.causal import Seen
 from hil_tests.judge.cobs import Nmt
+from hil_tests.judge.monitors import LATE_FACTOR
 from hil_tests.judge.verdict import NotRun
 from hil_tests.trace import Moment
 from node_model.frame import Frame
@@ -76,13 +77,26 @@ class Bench(JudgingBench):
 
     def boot(self) -> Seen:
         """Power on, or reset where the bench has no Power, and the boot-up that follows."""
-        on = self.switch_on()
-        return self.expect(
-            matchers.boot_up(self.node_id),
-            after=on,
-            within=self.profile.limits.boot_up_ns,
-            requirement=self.watch.expected.ids.boot_up,
-        )
+        return self.expect_boot_up(self.switch_on())
+
+    def expect_boot_up(
+        self, after: Moment | Seen, missing: str = "", node_id: int | None = None
+    ) -> Seen:
+        """The boot-up that a start leads to, in time; one that comes late is late, not missing.
+
+        Args:
+            after: what switched the device on, or reset it.
+            missing: the requirement that there is one; left out, the monitor's.
+            node_id: that it has now, where that is another one.
+        """
+        ids, limit_ns = self.watch.expected.ids, self.profile.limits.boot_up_ns
+        commanded = isinstance(after, Seen)
+        boot_up = matchers.boot_up(self.node_id if node_id is None else node_id)
+        patience_at = interval_of(after).latest + LATE_FACTOR * limit_ns + LOOK_ON_NS
+        rule = ids.reset_late if commanded else ids.boot_late
+        if self.first(boot_up, after, patience_at) is None:
+            rule = missing or (ids.reset if commanded else ids.boot_up)
+        return self.expect(boot_up, after=after, within=limit_ns, requirement=rule)
 
     def switch_on(self) -> Moment | Seen:
         """Power on, or reset where the bench has no Power."""

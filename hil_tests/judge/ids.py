@@ -14,9 +14,11 @@ class Ids:
 
     Args:
         boot_up: a start leads to a boot-up.
+        boot_late: it comes in time.
         boot_first: nothing is sent before it.
         boot_again: it does not come without a reset.
         reset: a commanded reset leads to a boot-up.
+        reset_late: it comes in time.
         reset_first: nothing is sent between such a reset and its boot-up.
         beat: the cadence of the heartbeat.
         beat_first: the span from boot-up to the first beat.
@@ -28,9 +30,11 @@ class Ids:
     """
 
     boot_up: str
+    boot_late: str
     boot_first: str
     boot_again: str
     reset: str
+    reset_late: str
     reset_first: str
     beat: str
     beat_first: str
@@ -43,9 +47,11 @@ class Ids:
 
 KEYPAD = Ids(
     boot_up="NMT-02",
+    boot_late="NMT-02",
     boot_first="NMT-02",
     boot_again="NMT-02",
     reset="NMT-06",
+    reset_late="NMT-06",
     reset_first="NMT-06",
     beat="HB-01",
     beat_first="HB-06",
@@ -58,9 +64,11 @@ KEYPAD = Ids(
 
 CIA301 = Ids(
     boot_up="C-NMT-01",
+    boot_late="C-NMT-20",
     boot_first="C-NMT-02",
     boot_again="C-NMT-13",
     reset="C-NMT-13",
+    reset_late="C-NMT-20",
     reset_first="C-NMT-02",
     beat="C-HB-04",
     beat_first="C-HB-13",

@@ -165,8 +165,12 @@ class AllowedFrames:
         return confirmed(self._suspicions, lateness)
 
 
+LATE_FACTOR = 2
+"""A boot-up that has not come after so many times its limit is missing; before, it is late."""
+
+
 class BootUp:
-    """Boot-up comes once after each reset, first of all, and never else."""
+    """Boot-up comes once after each reset, in time, first of all, and never else."""
 
     def __init__(self, expected: Expected) -> None:
         self._expected = expected
@@ -179,6 +183,8 @@ class BootUp:
         self._commanded = False
         self._name = self._ids.boot_up
         self._suspicions: list[Suspicion] = []
+        self._early: list[Suspicion] = []
+        """Frames before the boot-up that is owed: where none comes, they are not the fault."""
         self._missing: list[Silence] = []
 
     def see(self, seen: Seen) -> None:
@@ -187,6 +193,8 @@ class BootUp:
         if frame.can_id == self._can_id and frame.data == b"\x00":
             if self._owed:
                 self._owed -= 1
+                self._check_late(seen)
+                self._keep_early()
             elif self._excused:
                 self._excused -= 1
             else:
@@ -197,7 +205,7 @@ class BootUp:
                 self._name = self._ids.boot_up  # a regular start it is, whatever it lacks
             bound = self._since.latest + self._grace_ns
             if seen.wanted.latest > bound:
-                self._suspicions.append(
+                self._early.append(
                     Suspicion(
                         self._ids.reset_first if self._commanded else self._ids.boot_first,
                         f"{frame} came before the boot-up",
@@ -228,19 +236,50 @@ class BootUp:
     def _suspect(self, text: str, seen: Seen) -> None:
         self._suspicions.append(Suspicion(self._ids.boot_again, text, seen, always_wrong))
 
+    @property
+    def _late(self) -> str:
+        """The requirement that it comes in time."""
+        return self._ids.reset_late if self._commanded else self._ids.boot_late
+
+    def _check_late(self, seen: Seen) -> None:
+        """Note a boot-up that came, and too late."""
+        limit = self._expected.boot_up_ns
+        limit_at = self._since.latest + limit
+        if self._since.latest < 0 or seen.wanted.latest <= limit_at:
+            return
+        text = f"the boot-up came later than {show_span(limit)} after the reset"
+        self._suspicions.append(
+            Suspicion(
+                self._late,
+                text,
+                seen,
+                lambda when: Outcome.FAIL if when.earliest > limit_at else Outcome.PASS,
+            )
+        )
+
+    def _keep_early(self) -> None:
+        """What came first came before a boot-up that was there, or may still come in time."""
+        self._suspicions += self._early
+        self._early.clear()
+
     def _overdue(self, until: int) -> None:
-        """Note a boot-up that should have come by `until`."""
+        """Note a boot-up that should have come by `until`; it may still come."""
         limit = self._expected.boot_up_ns
         limit_at = self._since.latest + limit
         if self._owed and self._since.latest >= 0 and until > limit_at:
             text = f"no boot-up within {show_span(limit)} after the reset"
-            verdict = Verdict(self._name, Outcome.FAIL, text, at=until)
+            missing = until > self._since.latest + LATE_FACTOR * limit
+            name = self._name if missing or self._name == "COM-27" else self._late
+            verdict = Verdict(name, Outcome.FAIL, text, at=until)
             self._missing.append(Silence(verdict, limit_at, until))
+            self._excused += self._owed
             self._owed = 0
+            self._early.clear()
 
     def restarted(self, when: Interval, by: Nmt | None) -> None:
         """A new start."""
         self._overdue(when.earliest)
+        self._keep_early()
         self._owed = 1 if by is None else self._owed + 1
         self._excused = 0 if by is None else self._excused
         self._commanded = by is not None
@@ -263,5 +302,6 @@ class BootUp:
     def finish(self, until: int, quiet_from: int, lateness: Lateness) -> Iterator[Verdict]:  # noqa: ARG002
         """See `Monitor`."""
         self._overdue(quiet_from)
+        self._keep_early()
         yield from confirmed(self._missing, lateness)
         yield from confirmed(self._suspicions, lateness)

@@ -202,7 +202,8 @@ class Onlooker:
         if frame.can_id == self._beat_id and frame.data == b"\x00":
             self.found.counts["boots"] += 1
             self.found.beats.append([])
-            if self._watch.owes_boot_up:
+            in_time = at - self._asked_at <= self._watch.expected.boot_up_ns
+            if self._watch.owes_boot_up and in_time:
                 self.found.counts["answered"] += 1
             else:
                 self.found.counts["unexplained"] += self._heard_at >= 0

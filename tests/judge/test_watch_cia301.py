@@ -321,11 +321,46 @@ def test_where_the_heartbeat_runs_no_request_is_answered() -> None:
     assert scene.blamed(300) == ["C-HB-04"]
 
 
+@pytest.mark.parametrize("on", [True, False], ids=["power", "reset"])
+@pytest.mark.parametrize(
+    ("boot_ms", "until_ms", "blamed"),
+    [
+        (1000, 1001, []),
+        (1001, 1002, ["C-NMT-20"]),
+        (None, 1000, []),
+        (None, 1001, ["C-NMT-20"]),
+        (None, 2000, ["C-NMT-20"]),
+        (None, 2001, ["missing"]),
+    ],
+)
+def test_a_boot_up_comes_in_time_or_late_or_never(
+    boot_ms: int | None, until_ms: int, blamed: list[str], *, on: bool
+) -> None:
+    """After twice its limit it is missing; before that nobody can say more than: late."""
+    scene = Scene(drive(heartbeat_ms=0))
+    if on:
+        scene.power(0, on=True)
+    else:
+        scene.started(-100)
+        scene.command(Nmt.RESET_NODE, 0)
+    if boot_ms is not None:
+        scene.boot(boot_ms)
+    missing = "C-NMT-01" if on else "C-NMT-13"
+    assert scene.blamed(until_ms) == [missing if name == "missing" else name for name in blamed]
+
+
+def test_a_late_boot_up_is_told_once_where_the_next_reset_came_first() -> None:
+    """That there is one for the earlier reset, after all, is no boot-up too many."""
+    scene = Scene(drive(heartbeat_ms=0)).started()
+    scene.command(Nmt.RESET_NODE, 100)
+    scene.command(Nmt.RESET_NODE, 1200)
+    scene.boot(1250)
+    scene.boot(1300)
+    assert scene.blamed(1400) == ["C-NMT-20"]
+
+
 def test_requirements_of_a_start_are_those_of_cia_301() -> None:
-    """Boot-up missing, repeated, not first; a state that no command led to."""
-    scene = Scene(drive())
-    scene.power(0, on=True)
-    assert scene.blamed(2000) == ["C-NMT-01"]
+    """Boot-up repeated, not first; a state that no command led to."""
     scene = running(100)
     scene.boot(150)
     assert scene.blamed(160) == ["C-NMT-13"]

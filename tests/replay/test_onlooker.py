@@ -154,6 +154,16 @@ def test_commands_to_a_device_that_is_not_heard_are_none() -> None:
     assert found.counts["resets"] == 0
 
 
+def test_a_boot_up_long_after_a_reset_is_explained_by_nothing() -> None:
+    """Its supply may have been switched meanwhile: nobody can say that it is late."""
+    reset = sent(600 * MS, "000#8105")
+    for boot_ms, unexplained in ((1600, 0), (1601, 1)):
+        boot = [sent(boot_ms * MS, "705#00"), sent((boot_ms + 100) * MS, "705#7F")]
+        found = watch(*beats(0, 6), reset, *boot, expected=device(None))
+        assert failed(found) == []
+        assert found.counts["unexplained"] == unexplained
+
+
 def test_the_state_that_is_shown_must_be_one_that_a_command_led_to() -> None:
     """Wherever the command came from."""
     start = [sent(0, "705#00"), *beats(100 * MS, 3, "7F")]

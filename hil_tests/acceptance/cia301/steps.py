@@ -170,13 +170,8 @@ def reset(bench: Cia301Bench, command: Nmt = Nmt.RESET_NODE) -> Seen:
     Returns:
         The boot-up.
     """
-    sent = bench.nmt(command)
-    within = bench.profile.limits.boot_up_ns
-    boot_up = matchers.boot_up(bench.node_id)
-    came = bench.first(boot_up, sent, sent.at + 2 * within + LOOK_ON_NS)
     missing = "C-NMT-11" if command is Nmt.RESET_NODE else "C-NMT-12"
-    rule = missing if came is None else "C-NMT-20"
-    return bench.expect(boot_up, after=sent, within=within, requirement=rule)
+    return bench.expect_boot_up(bench.nmt(command), missing)
 
 
 def without_heartbeat(sdo: Sdo, sheet: Sheet) -> None:

@@ -148,8 +148,7 @@ def expect_boot_up(bench: Cia301Bench, old: int, new: int) -> None:
     """Reset communication of a node brings a boot-up under another node id."""
     bench.wait(10 * MS)
     sent = bench.send(nmt_frame(Nmt.RESET_COMMUNICATION, old))
-    within = bench.profile.limits.boot_up_ns
-    bench.expect(matchers.boot_up(new), after=sent, within=within, requirement="C-LS-10")
+    bench.expect_boot_up(sent, "C-LS-10", new)
 
 
 @pytest.mark.requirement("C-LS-04")
@@ -199,10 +198,7 @@ def lose_node_id(bench: Cia301Bench, lss: Lss) -> None:
 def regain_node_id(bench: Cia301Bench, lss: Lss) -> None:
     """A node that is in configuration gets the node id that it had, and boots."""
     lss.set_node_id(bench.node_id)
-    left = lss.leave()
-    within = bench.profile.limits.boot_up_ns
-    boot_up = matchers.boot_up(bench.node_id)
-    bench.expect(boot_up, after=left, within=within, requirement="C-LS-08")
+    bench.expect_boot_up(lss.leave(), "C-LS-08")
 
 
 @pytest.mark.requirement("C-LS-08")

@@ -35,7 +35,7 @@ class AnnouncesItselfTwice(Fault, Drive):
 class AnnouncesItselfWithItsState(Fault, Drive):
     """The boot-up has 7Fh instead of 00h."""
 
-    violates = ("C-NMT-01",)
+    violates = ("C-NMT-01", "C-NMT-20")
 
     def boot_frames(self) -> Frames:
         return [replace(frame, data=b"\x7f") for frame in super().boot_frames()]
@@ -44,7 +44,7 @@ class AnnouncesItselfWithItsState(Fault, Drive):
 class NeverAnnouncesItself(Fault, Drive):
     """There is no boot-up."""
 
-    violates = ("C-NMT-01", "C-NMT-12")
+    violates = ("C-NMT-01", "C-NMT-12", "C-NMT-20")
 
     def boot_frames(self) -> Frames:
         return ()
@@ -53,7 +53,7 @@ class NeverAnnouncesItself(Fault, Drive):
 class BootsSlowly(Fault, Drive):
     """From power-on to the boot-up it takes 1.2 s."""
 
-    violates = ("C-NMT-20", "C-NMT-01")
+    violates = ("C-NMT-20",)
 
     def start_ns(self) -> int:
         return 1200 * MS
@@ -71,7 +71,7 @@ class ResetsSlowly(Fault, Drive):
 class DeafToResetCommunication(Fault, Drive):
     """A reset communication changes nothing."""
 
-    violates = ("C-NMT-04", "C-NMT-12", "C-NMT-13", "C-NMT-02", "C-LS-10")
+    violates = ("C-NMT-04", "C-NMT-12", "C-NMT-13", "C-NMT-20", "C-NMT-02", "C-LS-10")
 
     def obey(self, command: NmtCommand, now: int) -> Frames:
         return () if command is NmtCommand.RESET_COMMUNICATION else super().obey(command, now)
