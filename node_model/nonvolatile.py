@@ -79,7 +79,6 @@ class NonVolatile(QuietService):
         self._od = od
         self._kept = [entry for entry in od.entries.values() if keeps(entry)]
         self._groups = {**GROUPS, **maker}
-        self._differs = False
         self.broken = False
         """The memory has failed: nothing can be stored."""
         size = sum(HEADER_BYTES + most_bytes(entry) for entry in self._kept)
@@ -88,18 +87,25 @@ class NonVolatile(QuietService):
         for index, act in ((STORE, self._save), (RESTORE, self._load)):
             od.guard(index, partial(self._guard_signature, index))
             od.observe(index, act)
-        for index in {entry.index for entry in self._kept} - {VERIFY}:
-            od.guard(index, partial(self._compare, index))
-            od.observe(index, self._configured)
+        self._configuration = frozenset([entry.index for entry in self._kept]) - {VERIFY}
+        self._capabilities = [
+            entry for entry in od.entries.values() if entry.index in SIGNATURES and entry.sub
+        ]
+        if VERIFY in od:
+            od.witness(self._configured)
 
     # What the device calls.
 
     def restore(self, concerned: Callable[[int], bool]) -> None:
         """Objects whose index is `concerned` take their power-on values."""
-        self._content = decode(self.store.load() or b"")
-        for (index, sub), entry in (((e.index, e.sub), e) for e in self._od.entries.values()):
-            if concerned(index):
-                entry.value = self._content.get((index, sub), entry.default)
+        content = self._content = decode(self.store.load() or b"")
+        indices = set(filter(concerned, self._od.indices))
+        for entry in self._od.entries.values():
+            if entry.index in indices:
+                entry.value = entry.default
+        for (index, sub), value in content.items():
+            if index in indices and self._od.has(index, sub):
+                self._od.put(index, sub, value)
         self._show_capabilities()
 
     def image(self) -> bytes:
@@ -174,15 +180,11 @@ class NonVolatile(QuietService):
 
     def _show_capabilities(self) -> None:
         """A client that reads 1010h or 1011h sees what can be done, not what was written."""
-        for entry in self._od.entries.values():
-            if entry.index in SIGNATURES and entry.sub:
-                entry.value = ON_COMMAND.to_bytes(4, "little")
+        for entry in self._capabilities:
+            entry.value = ON_COMMAND.to_bytes(4, "little")
 
-    def _compare(self, index: int, sub: int, data: bytes) -> None:
-        self._differs = self._od.get(index, sub) != data
-
-    def _configured(self, sub: int, now: int) -> None:  # noqa: ARG002  all alike
-        if self._differs:
+    def _configured(self, index: int, differs: bool) -> None:
+        if differs and index in self._configuration:
             self.clear_verification()
 
     def clear_verification(self) -> None:

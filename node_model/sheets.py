@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from functools import lru_cache
 from importlib import resources
+from operator import attrgetter
 from pathlib import Path
+from typing import Any
 
 from node_model.eds import Sheet, load_eds
 from node_model.lss import NODE_IDS
@@ -32,6 +35,16 @@ def sheet_of(path: str) -> Sheet:
     return load_eds(path, checked=False)
 
 
+_row_of = attrgetter(*(field.name for field in fields(Entry)))
+
+
+@lru_cache(maxsize=2 * len(NODE_IDS))  # what follows from the node id is worked out once
+def _rows(path: str, node_id: int) -> tuple[tuple[Any, ...], ...]:
+    """What the objects of a device are made from."""
+    return tuple(map(_row_of, sheet_of(path).entries(node_id)))
+
+
 def entries_of(path: str, node_id: int) -> list[Entry]:
     """New objects of a device; one without a node id has those of the last."""
-    return sheet_of(path).entries(node_id if node_id in NODE_IDS else NODE_IDS[-1])
+    known = node_id if node_id in NODE_IDS else NODE_IDS[-1]
+    return [Entry(*row) for row in _rows(path, known)]

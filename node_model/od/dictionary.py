@@ -25,6 +25,9 @@ ReadGuard = Callable[[int], None]
 Observer = Callable[[int, int], None]
 """Called with sub-index and instant after a client's write was taken."""
 
+Witness = Callable[[int, bool], None]
+"""Called with index, and whether the value is another one, after any client's write was taken."""
+
 
 def key_of(index: int, sub: int) -> int:
     """The key of an entry in `ObjectDictionary.entries`."""
@@ -39,11 +42,12 @@ class ObjectDictionary:
     """
 
     def __init__(self, entries: Iterable[Entry]) -> None:
-        self.entries: dict[int, Entry] = {key_of(e.index, e.sub): e for e in entries}
-        self.indices: frozenset[int] = frozenset(e.index for e in self.entries.values())
+        self.entries: dict[int, Entry] = {e.index << 8 | e.sub: e for e in entries}
+        self.indices: frozenset[int] = frozenset([e.index for e in self.entries.values()])
         self._guards: dict[int, list[Guard]] = {}
         self._read_guards: dict[int, list[ReadGuard]] = {}
         self._observers: dict[int, list[Observer]] = {}
+        self._witnesses: list[Witness] = []
 
     # What the device itself does.
 
@@ -88,6 +92,10 @@ class ObjectDictionary:
     def observe(self, index: int, observer: Observer) -> None:
         """Tell `observer` after a client wrote any sub-index of `index`."""
         self._observers.setdefault(index, []).append(observer)
+
+    def witness(self, witness: Witness) -> None:
+        """Tell `witness` after a client wrote anything, once all observers were told."""
+        self._witnesses.append(witness)
 
     # What a client may do.
 
@@ -151,10 +159,12 @@ class ObjectDictionary:
         if index in self._guards:
             for guard in self._guards[index]:
                 guard(sub, data)
-        entry.value = data
+        before, entry.value = entry.value, data
         if index in self._observers:
             for observer in self._observers[index]:
                 observer(sub, now)
+        for witness in self._witnesses:
+            witness(index, data != before)
 
 
 def _check_length(entry: Entry, length: int) -> None:

@@ -60,6 +60,9 @@ _BY_SPECIFIER = (
     "unknown",
 )
 _COMMANDS = tuple(_command_name(command) for command in range(256))
+_METHODS = tuple(dict.fromkeys(_COMMANDS))
+_PLACES = bytes(_METHODS.index(name) for name in _COMMANDS)
+"""Which of the methods handles a request, by its first byte."""
 
 
 class Channel:
@@ -88,7 +91,7 @@ class Channel:
         self.parts = parts
         self.transfer: Transfer | None = None
         self.expires_at: int | None = None
-        self._commands: tuple[Command, ...] = tuple(getattr(self, name) for name in _COMMANDS)
+        self._commands: tuple[Command, ...] = tuple(getattr(self, name) for name in _METHODS)
 
     # The verbs.
 
@@ -100,7 +103,7 @@ class Channel:
         transfer = self.transfer
         if transfer is None:
             try:
-                frames = self._commands[data[0]](data, now)
+                frames = self._commands[_PLACES[data[0]]](data, now)
             except SdoAbort as abort:
                 return self.refuse(data[1:4], abort.code)
             if self.transfer is not None:
@@ -242,7 +245,7 @@ class Channel:
             if transfer.takes_any and data[0] != ABORT:
                 frames = self.framed(transfer.receive(data, now))
             else:
-                frames = self._commands[data[0]](data, now)
+                frames = self._commands[_PLACES[data[0]]](data, now)
         except SdoAbort as abort:
             return self.refuse(multiplexer, abort.code)
         if transfer.done and self.transfer is transfer:

@@ -25,7 +25,8 @@ from node_model.sdo.settings import SdoSettings
 
 REQUESTS, ANSWERS = 0x600, 0x580
 """Identifiers of the default server less its node id (CiA 301 4.2.0, 7.3.5)."""
-DEFAULT_SERVER, LAST_SERVER = 0x1200, 0x127F
+DEFAULT_SERVER = 0x1200
+FURTHER = range(0x1201, 0x1280)
 _EXTENDED = 1 << 29
 
 
@@ -61,7 +62,7 @@ class SdoServer:
         self._channels: dict[int, Channel] = {}
         self._row: tuple[Channel, ...] = ()
         self._listens_to: frozenset[int] = frozenset()
-        self._further = tuple(i for i in range(DEFAULT_SERVER + 1, LAST_SERVER + 1) if i in od)
+        self._further = tuple(sorted(index for index in od.indices if index in FURTHER))
         for index in self._further:
             od.guard(index, partial(self._guard, index))
             od.observe(index, self._changed)
@@ -125,7 +126,8 @@ class SdoServer:
             bit_rate: of the wire in bit/s.
         """
         gap_ns = LONGEST_FRAME_BITS * 1_100_000_000 // bit_rate
-        self.settings = replace(self.settings, segment_gap_ns=gap_ns)
+        if gap_ns != self.settings.segment_gap_ns:
+            self.settings = replace(self.settings, segment_gap_ns=gap_ns)
 
     def _set_default(self) -> None:
         """1200h shows the identifiers that follow from the node id."""

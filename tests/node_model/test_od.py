@@ -202,6 +202,20 @@ def test_guards_refuse_before_and_observers_learn_after() -> None:
     assert len(said) == 4
 
 
+def test_a_witness_learns_last_of_every_write_and_whether_it_changes_anything() -> None:
+    """It is told of each index after its observers; of no refused write, and of no `put`."""
+    other = Entry(0x2001, 0, "other", DataType.UNSIGNED8, Access.RO, b"\0")
+    od = ObjectDictionary([entry(DataType.UNSIGNED8, b"\5"), other])
+    said: list[object] = []
+    od.witness(lambda index, differs: said.append((index, differs)))
+    od.observe(0x2000, lambda *_: said.append("observer"))
+    od.write(0x2000, 0, b"\6", 1)
+    od.write(0x2000, 0, b"\6", 1)
+    assert refused(od, b"\0", index=0x2001) is AbortCode.READ_ONLY
+    od.put(0x2000, 0, b"\7")
+    assert said == ["observer", (0x2000, True), "observer", (0x2000, False)]
+
+
 def test_a_read_can_be_refused() -> None:
     """E.g. where there is no data yet."""
     od = ObjectDictionary([entry(DataType.UNSIGNED8, b"\0")])
