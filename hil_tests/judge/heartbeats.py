@@ -9,8 +9,9 @@ from hil_tests.judge.causal import Lateness, Seen
 from hil_tests.judge.cobs import SHOWN, Nmt, State
 from hil_tests.judge.expected import Expected
 from hil_tests.judge.periodic import ENOUGH
+from hil_tests.judge.reaction import Reacted
 from hil_tests.judge.suspicion import Silence, Suspicion, always_wrong, confirmed
-from hil_tests.judge.timeline import StateTimeline
+from hil_tests.judge.timeline import States, StateTimeline
 from hil_tests.judge.verdict import Outcome, Verdict
 from node_model.frame import Frame
 
@@ -33,6 +34,12 @@ class Heartbeats:
         self._started = False
         self._begun = -FOREVER
         """From when on its present period counts."""
+        self.excused: States = frozenset()
+        """States that an error of which nothing was seen may have led to."""
+        self._reacted = False
+        """A communication error was told since the last command."""
+        self._left: tuple[State, int] | None = None
+        """The state that it must have left because of that, and by when."""
         self._suspicions: list[Suspicion] = []
         self._missing: list[Silence] = []
 
@@ -113,22 +120,41 @@ class Heartbeats:
         if state in self._timeline.possible(seen.wanted):
             if self._timeline.sure(seen.wanted) is state:
                 self._known = seen.frame
-            return
+            self._stays(seen, state)
+        elif state not in self.excused:
+            self._strange(seen, state)
+
+    def _strange(self, seen: Seen, state: State) -> None:
+        """No command led there, nor an error that was told by then."""
         never_started = state is State.OPERATIONAL and not self._started
         requirement = self._ids.self_start if never_started else self._ids.state
+        if self._reacted:
+            requirement = self._ids.reaction
         text = f"heartbeat shows {state}, which no command led to"
-        self._suspicions.append(
-            Suspicion(
-                requirement,
-                text,
-                seen,
-                lambda when: (
-                    Outcome.INCONCLUSIVE
-                    if state in self._timeline.possible(when)
-                    else Outcome.FAIL
-                ),
+
+        def check(when: Interval) -> Outcome:
+            if state in self._timeline.possible(seen.wanted):
+                return Outcome.PASS  # an error that was told later did
+            known = state not in self._timeline.possible(when)
+            return Outcome.FAIL if known else Outcome.INCONCLUSIVE
+
+        self._suspicions.append(Suspicion(requirement, text, seen, check))
+
+    def _stays(self, seen: Seen, state: State) -> None:
+        """A communication error should have led away from this state."""
+        if self._left is None or self._left[0] is not state:
+            return
+        settled_at = self._left[1]
+        if seen.wanted.earliest > settled_at:
+            text = f"heartbeat shows {state} still; 1029h leads elsewhere"
+            self._suspicions.append(
+                Suspicion(
+                    self._ids.reaction,
+                    text,
+                    seen,
+                    lambda when: Outcome.FAIL if when.earliest > settled_at else Outcome.PASS,
+                )
             )
-        )
 
     def _suspect(self, requirement: str, text: str, seen: Seen) -> None:
         self._suspicions.append(Suspicion(requirement, text, seen, always_wrong))
@@ -161,7 +187,9 @@ class Heartbeats:
 
     def retimed(self, expected: Expected, when: Interval) -> None:
         """The device beats otherwise from some instant of `when` on: nothing is due in it."""
+        reacted, left = self._reacted, self._left
         self.silenced(when)
+        self._reacted, self._left = reacted, left
         self._expected = expected
         self._low = expected.heartbeat_each.at_least_ns
         self._high = expected.heartbeat_each.at_most_ns
@@ -179,6 +207,29 @@ class Heartbeats:
     def commanded(self, when: Interval) -> None:
         """A state change may come: an extra beat, a new phase."""
         self._started = True
+        self._reacted, self._left = False, None
+        self._unsteady(when)
+
+    def reacted(self, error: Reacted, before: States) -> None:
+        """A communication error was told, and may have led from one of these states elsewhere."""
+        undisturbed = error.when.latest > self._free_until
+        settled_at = error.when.latest + self._expected.command_ns
+        self._reacted, self._left = True, None
+        state = next(iter(before))
+        target = error.leads.get(state, before)
+        if error.prompt and undisturbed and len(before) == 1 and state not in target:
+            self._left = (state, settled_at)
+        # Its beat may have come sooner, with the new state, and the message after it.
+        self._suspicions = [
+            suspicion
+            for suspicion in self._suspicions
+            if suspicion.requirement != self._ids.beat
+            or suspicion.seen.wanted.latest < error.when.earliest
+        ]
+        self._unsteady(error.when)
+
+    def _unsteady(self, when: Interval) -> None:
+        """The state may change: an extra beat, a new phase."""
         self._end_steady()
         self._known = None
         self._free_until = when.latest + self._expected.command_ns + max(self._high, 0)
@@ -190,6 +241,7 @@ class Heartbeats:
         self._known = None
         self._last = None
         self._first = False
+        self._reacted, self._left = False, None
 
     def _overdue(self, until: int) -> None:
         """Note a beat that should have come by `until`."""

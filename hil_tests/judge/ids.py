@@ -27,6 +27,7 @@ class Ids:
         self_start: nothing but a command leads to operational.
         state: the state shown is one that a command led to.
         shown_late: a change of state shows in the next beat.
+        reaction: a communication error leads where 1029h says; "" = there is no such object.
     """
 
     boot_up: str
@@ -43,6 +44,7 @@ class Ids:
     self_start: str
     state: str
     shown_late: str
+    reaction: str
 
 
 KEYPAD = Ids(
@@ -60,6 +62,7 @@ KEYPAD = Ids(
     self_start="NMT-03",
     state="NMT-07",
     shown_late="HB-03",
+    reaction="",
 )
 
 CIA301 = Ids(
@@ -77,4 +80,5 @@ CIA301 = Ids(
     self_start="C-NMT-19",
     state="C-NMT-04",
     shown_late="C-NMT-21",
+    reaction="C-EM-22",
 )

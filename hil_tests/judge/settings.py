@@ -2,7 +2,8 @@
 
 The heartbeat period, and identifiers under which the device may now speak, change while it
 is watched. The judge needs nobody to tell it: request and answer stand in the record.
-(CiA 301 4.2.0, 7.2.4.3; the objects 1005h, 1012h, 1014h, 1017h, 1201h.. and 1800h.. .)
+What a communication error leads to is known so, too. (CiA 301 4.2.0, 7.2.4.3; the objects
+1005h, 1012h, 1014h, 1015h, 1017h, 1029h, 1201h.. and 1800h.. .)
 """
 
 from __future__ import annotations
@@ -58,7 +59,19 @@ class IdentifierSet:
     role: Role
 
 
-Setting = HeartbeatSet | IdentifierSet
+@dataclass(frozen=True, slots=True)
+class BehaviourSet:
+    """1029h:01 was written; None = with a value that the record does not show."""
+
+    value: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class EmergenciesHeld:
+    """Emergency messages are switched off, or wait for an inhibit time."""
+
+
+Setting = HeartbeatSet | IdentifierSet | BehaviourSet | EmergenciesHeld
 
 
 class SdoListener:
@@ -107,6 +120,11 @@ def _setting(request: bytes, when: Interval) -> Setting | None:
     value = int.from_bytes(request[4 : 8 - spare], "little")
     if (index, sub) == (0x1017, 0):
         return HeartbeatSet(value if expedited else None, when)
+    if (index, sub) == (0x1029, 1):
+        return BehaviourSet(value if expedited else None)
+    held = {(0x1014, 0): value & _INVALID, (0x1015, 0): value}
+    if held.get((index, sub)):
+        return EmergenciesHeld()
     role = _role(index, sub, value)
     if role is None or not expedited or not value & _IDENTIFIER:
         return None

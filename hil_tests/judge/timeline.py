@@ -7,6 +7,7 @@ effect"; until then the old and the new state are both possible.
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Mapping
 
 from hil_tests.clock import FOREVER, Interval
 from hil_tests.judge.cobs import LEADS_TO, Nmt, State
@@ -84,6 +85,22 @@ class StateTimeline:
         now = self._cut(when.latest)
         settled = now - {State.STARTING, State.OFF, State.COMMISSIONING}
         self._step(when.latest, settled | {State.PRE_OPERATIONAL})
+
+    def reacted(self, when: Interval, leads: Mapping[State, States]) -> States:
+        """By itself the device may have changed its state at some instant of `when`.
+
+        Args:
+            when: not before the last thing that was known to act.
+            leads: from a state to those that it may have gone to.
+
+        Returns:
+            What was possible before.
+        """
+        pending = self._states[-1]
+        since = max(when.earliest, min(self._from[-1], when.latest))
+        before = self._cut(since) | pending
+        self._step(since, before.union(*(leads.get(state, ()) for state in before)))
+        return before
 
     def possible(self, when: Interval) -> States:
         """Every state in which the device can have been at some instant of `when`."""

@@ -14,6 +14,7 @@ from hil_tests.clock import FOREVER, MS, Interval, S
 from hil_tests.judge.causal import CausalClock, Lateness, Seen
 from hil_tests.judge.cobs import (
     COMMISSION,
+    EMCY,
     ERROR_CONTROL,
     RESETS,
     Nmt,
@@ -26,7 +27,8 @@ from hil_tests.judge.expected import Expected, Family
 from hil_tests.judge.frames import DeviceFrames, identifiers
 from hil_tests.judge.heartbeats import Heartbeats
 from hil_tests.judge.monitors import AllowedFrames, BootUp, Monitor
-from hil_tests.judge.settings import HeartbeatSet, Role, SdoListener, Setting
+from hil_tests.judge.reaction import Reaction
+from hil_tests.judge.settings import HeartbeatSet, IdentifierSet, Role, SdoListener, Setting
 from hil_tests.judge.timeline import ANY_STATE, States, StateTimeline
 from hil_tests.judge.verdict import Verdict
 from hil_tests.trace import Burst, BusEvent, Moment, Sighting
@@ -80,6 +82,8 @@ class Watch:
         """What counts again if the write of 1017h that is under way is refused."""
         self._admitted: dict[int, Role] = {}
         """Identifiers that the device was given."""
+        self._reaction = Reaction()
+        """What 1029h says; it is forgotten with a start, which may bring a stored setting."""
         self._polls: deque[int] = deque()
         """Ends of guarding requests that were not answered yet."""
         self.clock = CausalClock(bit_ns, self._is_device, since)
@@ -165,13 +169,18 @@ class Watch:
             return  # whose it is nobody can say, or it is dying, and owes nothing any more
         if self.timeline.commissions(seen.wanted):
             return  # there every frame but the echo is wrong, and none is a start or a beat
+        asked_for = self._boot.owed
         self._boot.see(seen)
         self._learn(self._sdo, seen)
+        if self._is_emcy(frame):
+            self._react(seen)
         if frame.can_id == self._beat_id and not frame.extended and not frame.remote:
             if self._answers_poll(seen):
                 return
             self._heartbeats.see(seen)
             if frame.data == b"\x00":
+                if not asked_for:
+                    self._forget_settings(seen.wanted, Nmt.RESET_COMMUNICATION)
                 self._booted(seen)
             elif self.timeline.sure(seen.wanted) and not self._boot.owed:
                 self._beat = frame
@@ -199,8 +208,26 @@ class Watch:
             if period_ms is not None:
                 known = self.expected.beating(period_ms * MS)
             self.retime(known, setting.when)
-            return
-        self._admit(setting.can_id, setting.role)
+        elif isinstance(setting, IdentifierSet):
+            self._admit(setting.can_id, setting.role)
+        else:
+            self._reaction.set(setting)
+            self._heartbeats.excused = self._reaction.unseen
+
+    def _is_emcy(self, frame: Frame) -> bool:
+        """An emergency message of a device that has 1029h."""
+        node_id = self.expected.node_id
+        if not self.expected.ids.reaction or len(frame.data) != 8 or node_id is None:
+            return False
+        role = self._admitted.get(frame.can_id)
+        return role is Role.EMCY or (frame.can_id == EMCY + node_id and role is None)
+
+    def _react(self, emcy: Seen) -> None:
+        """A communication error may have changed its state."""
+        error = self._reaction.told(emcy, self.expected.command_ns)
+        if error is not None:
+            self._beat = None
+            self._heartbeats.reacted(error, self.timeline.reacted(error.when, error.leads))
 
     def retime(self, expected: Expected, when: Interval) -> None:
         """The device beats otherwise from some instant of `when` on."""
@@ -216,6 +243,8 @@ class Watch:
             self.retime(before.expected, Interval(-1, -1))
         for can_id, role in before._admitted.items():
             self._admit(can_id, role)
+        self._reaction = before._reaction
+        self._heartbeats.excused = self._reaction.unseen
 
     def _admit(self, can_id: int, role: Role) -> None:
         self._admitted[can_id] = role
@@ -274,8 +303,11 @@ class Watch:
         """A start brings back what the device starts with (CiA 301 4.2.0, 7.3.2.2).
 
         Many stacks keep 1017h over a reset of the communication: there nobody can say.
+        The same holds for a start that nobody asked for.
         """
         self._held = None
+        self._reaction = Reaction()
+        self._heartbeats.excused = frozenset()
         if self.expected.heartbeat_ns == self._home.heartbeat_ns:
             return
         known = self._home
