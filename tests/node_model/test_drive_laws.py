@@ -14,7 +14,7 @@ from node_model.faults import DRIVE_MUTANTS, DRIVE_VARIANTS
 from node_model.frame import Frame
 from node_model.node import MS, US, Panel
 from node_model.sheets import shipped
-from tests.node_model.drive_scripts import drive_scripts, errors
+from tests.node_model.drive_scripts import drive_scripts, errors, lss, nmt, read
 from tests.node_model.driving import Host, Step, play
 
 BLUEPRINT = devices.read("drive")
@@ -49,6 +49,15 @@ INPUTS = st.one_of(FRAMES, FRAMES, FRAMES, ERRORS, st.none(), st.booleans())
 STEPS = st.lists(st.builds(Step, st.sampled_from(WAITS), INPUTS), min_size=6, max_size=20)
 START = (Step(0, True), Step(60 * MS, Frame(0, b"\1\5")))
 
+RESTART = (
+    Step(200 * MS, False),
+    Step(0, True),
+    Step(60 * MS, nmt(0x81, 0)),
+    Step(60 * MS, None),
+)
+WITHOUT_NODE_ID = frozenset((0, 0x7E5))
+"""What a drive without a node id listens to: NMT and LSS."""
+
 
 @pytest.mark.parametrize("name", DEVICES)
 @settings(max_examples=3, deadline=None)
@@ -72,10 +81,19 @@ def test_a_device_depends_on_its_inputs_alone_and_never_on_its_host(
 @settings(max_examples=60, deadline=None)
 @given(steps=st.lists(st.builds(Step, st.sampled_from(WAITS), FRAMES), max_size=60))
 def test_whatever_comes_a_drive_obeys_and_answers_afterwards(steps: list[Step]) -> None:
-    """Any bytes to SDO, LSS, PDOs and SYNC; then it is reset under the node id it has."""
+    """Any bytes to SDO, LSS, PDOs and SYNC; then a reset is obeyed and an SDO request answered.
+
+    The frames may have given it another node id, or none: then LSS is answered.
+    """
     device = BLUEPRINT.make(IMAGE)
-    play(device, (*START, *steps, Step(200 * MS, Frame(0x7E5, bytes((4, *bytes(7)))))))
-    reset = (Step(50 * MS, Frame(0, b"\x81\0")), Step(50 * MS, None))
-    last = play(device, (Step(0, False), Step(0, True), Step(60 * MS, None), *reset))[-1]
-    boot_ups = [frame for frame in last.before if frame.data == b"\0"]
-    assert len(boot_ups) == 1 or device.listens_to == frozenset((0, 0x7E5))
+    script = (*START, *steps, *RESTART)
+    boot_ups = [frame for frame in play(device, script)[-1].before if frame.data == b"\0"]
+    now = sum(step.wait_ns for step in script)
+    if device.listens_to == WITHOUT_NODE_ID:
+        assert not boot_ups
+        assert device.receive(lss(0x4C), now) == (Frame(0x7E4, b"\x50".ljust(8, b"\0")),)
+        return
+    (boot_up,) = boot_ups
+    node_id = boot_up.can_id - 0x700
+    answer = Frame(0x580 + node_id, b"\x43\x00\x10\x00\x92\x01\x02\x00")
+    assert tuple(device.receive(Frame(0x600 + node_id, read(0x1000).data), now)) == (answer,)

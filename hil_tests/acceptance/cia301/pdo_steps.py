@@ -144,3 +144,11 @@ def expect_default_ids(
             bench.characteristic(requirement, text)
         else:
             bench.check(can_id == by_default, text)
+
+
+def wrong_in(last: Seen, changed_at: int, missing: str) -> str:
+    """What a last TPDO with old values breaks: C-TP-03, if it is younger than the change.
+
+    If it is older, the one that is to tell of the change is missing.
+    """
+    return "C-TP-03" if last.when.earliest > changed_at else missing

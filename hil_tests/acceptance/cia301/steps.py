@@ -31,6 +31,7 @@ QUICK_MS, LONGEST_AWAITED_MS = 100, 200
 DEVICE_TYPE, ERROR_REGISTER, ERROR_FIELD = 0x1000, 0x1001, 0x1003
 SYNC_ID, CYCLE, WINDOW, OVERFLOW = 0x1005, 0x1006, 0x1007, 0x1019
 GUARD_TIME, LIFE_FACTOR = 0x100C, 0x100D
+TIME_ID = 0x1012
 STORE, RESTORE = 0x1010, 0x1011
 EMCY_ID, INHIBIT = 0x1014, 0x1015
 CONSUMER, PRODUCER = 0x1016, 0x1017
@@ -42,6 +43,8 @@ APPLICATION, WHOLE_AREA = range(0x2000, 0x10000), range(0x2000, 0xA000)
 """Where objects of the application can be, and where their settings are."""
 LIFE_GUARD_CODE = 0x8130
 COMMUNICATION_BIT = 0x10
+RESTRICTED = (0x000, 0x07F, 0x101, 0x180, 0x581, 0x5FF, 0x601, 0x67F, 0x6E0, 0x6FF, 0x701, 0x7FF)
+"""Identifiers that no service may be given (CiA 301 4.2.0, 7.3.5): the edges of each range."""
 REACTION = {0: State.PRE_OPERATIONAL, 1: State.OPERATIONAL, 2: State.STOPPED}
 """1029h:01 -> where a communication error leads from operational."""
 

@@ -15,6 +15,7 @@ from hil_tests.acceptance.cia301.guarding_steps import (
 from hil_tests.acceptance.cia301.steps import (
     BEHAVIOUR,
     CONSUMER,
+    LIFE_GUARD_CODE,
     needs_writable,
     shown,
     without_heartbeat,
@@ -64,6 +65,11 @@ def beat(bench: Cia301Bench, node_id: int, data: bytes = OPERATIONAL) -> Seen:
     return bench.send(Frame(cobs.ERROR_CONTROL + node_id, data))
 
 
+def event(bench: Cia301Bench) -> matchers.Matcher:
+    """The EMCY that tells of a heartbeat event."""
+    return matchers.emcy(bench.node_id, code=LIFE_GUARD_CODE)
+
+
 @pytest.mark.requirement("C-HBC-01")
 def test_an_entry_reads_back(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
     """Node id and time as they were written; 0 frees it."""
@@ -98,6 +104,18 @@ def test_before_the_first_heartbeat_there_is_no_event(
     """However long none comes."""
     watching(bench, sdo, sheet)
     expect_no_event(bench, bench.now(), 10 * TIME_MS * MS, "C-HBC-02")
+
+
+@pytest.mark.requirement("C-HBC-02", "C-HBC-07")
+def test_a_boot_up_does_not_begin_the_watch(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+    """A node that was never heard boots up and is silent: no event when the time is over."""
+    other = watching(bench, sdo, sheet)
+    booted = beat(bench, other, b"\x00")
+    at_once = bench.first(event(bench), booted, booted.at + TIME_MS * MS // 2)
+    if at_once:
+        bench.characteristic("C-HBC-07", "the boot-up of a watched node is an event at once")
+        return
+    expect_no_event(bench, booted, 5 * TIME_MS * MS, "C-HBC-02")
 
 
 @pytest.mark.requirement("C-HBC-03", "C-HBC-06", "EC-04", "C-EM-03", "C-EM-21")
@@ -184,23 +202,27 @@ def test_what_a_boot_up_means_is_written_down(bench: Cia301Bench, sdo: Sdo, shee
     other = watching(bench, sdo, sheet)
     beat(bench, other)
     sent = beat(bench, other, b"\x00")
-    matcher = matchers.emcy(bench.node_id, code=0x8130)
-    seen = bench.first(matcher, sent, sent.at + TIME_MS * MS // 2)
+    seen = bench.first(event(bench), sent, sent.at + TIME_MS * MS // 2)
     told = "is an event at once" if seen else "is no event by itself"
     bench.characteristic("C-HBC-07", f"the boot-up of a watched node {told}")
 
 
 @pytest.mark.requirement("C-HBC-09", "EC-04")
-def test_every_entry_works_by_itself(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
-    """Two nodes are watched; one falls silent while the other goes on."""
+@pytest.mark.parametrize("silent", [1, 2])
+def test_every_entry_works_by_itself(
+    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, silent: int
+) -> None:
+    """Two nodes are watched; either falls silent while the other goes on."""
     second_entry(sheet)
-    first = watching(bench, sdo, sheet)
-    second = watched_id(bench, 1)
-    expect_event(bench, beat(bench, first), TIME_MS * MS, "C-HBC-03", "C-HBC-06")
-    sdo.write(CONSUMER, 2, entry(second, TIME_MS), requirement="C-HBC-01")
-    last = beat(bench, first)
+    nodes = [watching(bench, sdo, sheet), watched_id(bench, 1)]
+    expect_event(bench, beat(bench, nodes[0]), TIME_MS * MS, "C-HBC-03", "C-HBC-06")
+    sdo.write(CONSUMER, 2, entry(nodes[1], TIME_MS), requirement="C-HBC-01")
+    lost = nodes.pop(silent - 1)
+    (other,) = nodes
+    beat(bench, other)
+    last = beat(bench, lost)
     for _ in range(6):
-        beat(bench, second)
+        beat(bench, other)
         bench.wait(TIME_MS * MS // 4)
     expect_event(bench, last, TIME_MS * MS, "C-HBC-09", "C-HBC-06")
 

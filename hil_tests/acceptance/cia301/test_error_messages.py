@@ -11,10 +11,12 @@ from hil_tests.acceptance.cia301.steps import (
     ERROR_REGISTER,
     INHIBIT,
     LIFE_GUARD_CODE,
+    RESTRICTED,
     expect_emcy,
     go,
     needs,
     needs_writable,
+    reset,
 )
 from hil_tests.api import (
     MS,
@@ -34,7 +36,6 @@ from hil_tests.api import (
 )
 
 INVALID = 1 << 31
-RESTRICTED = (0x000, 0x07F, 0x101, 0x180, 0x581, 0x5FF, 0x601, 0x67F, 0x6E0, 0x6FF, 0x701, 0x7FF)
 
 
 @pytest.mark.requirement("C-EM-01", "C-EM-03", "C-OD-02")
@@ -87,6 +88,17 @@ def test_the_end_of_the_last_error_is_told(bench: Cia301Bench, sdo: Sdo, sheet: 
     bench.check(register == 0, f"1001h is 00h; it is {register:02X}h")
 
 
+@pytest.mark.requirement("C-EM-06")
+def test_a_reset_tells_no_end_of_errors(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+    """Reset while there is an error: EMCY 0000h neither before the boot-up nor after it."""
+    error = trouble(bench, sdo, sheet)
+    error.told(error.arise(), "C-EM-01")
+    since = bench.now()
+    reset(bench)
+    no_error = matchers.emcy(bench.node_id, code=0)
+    bench.never(no_error, after=since, for_ns=bench.now() - since + 500 * MS)
+
+
 def history(sdo: Sdo) -> list[int]:
     """The entries of 1003h, newest first."""
     count = sdo.number(ERROR_FIELD, 0, requirement="C-EM-07")
@@ -135,6 +147,22 @@ def test_the_count_of_errors_takes_nothing_but_0(
     outcome = sdo.try_write(ERROR_FIELD, 0, u8(value))
     sdo.expect_abort(outcome, accepted.HISTORY_COUNT, f"{value} to 1003h:00")
     bench.check(history(sdo) == before, "the list is kept")
+
+
+@pytest.mark.requirement("C-EM-10", "C-OD-13")
+def test_a_refused_count_leaves_the_errors_in_their_list(
+    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
+) -> None:
+    """A list with an error in it, and 1 to 1003h:00: it is refused, and the error is kept."""
+    needs(sheet, (ERROR_FIELD, 1))
+    error = trouble(bench, sdo, sheet)
+    error.told(error.arise(), "C-EM-01")
+    before = history(sdo)
+    outcome = sdo.try_write(ERROR_FIELD, 0, u8(1))
+    sdo.expect_abort(outcome, accepted.HISTORY_COUNT, "1 to 1003h:00")
+    left = history(sdo)
+    text = f"{len(before)} entries are kept after the refusal; there are {len(left)}"
+    bench.check(left == before, text, requirement="C-OD-13")
 
 
 @pytest.mark.requirement("C-EM-11")

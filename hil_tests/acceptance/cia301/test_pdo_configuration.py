@@ -16,7 +16,7 @@ from hil_tests.acceptance.cia301.pdo_steps import (
     one_mappable,
     set_up,
 )
-from hil_tests.acceptance.cia301.steps import RPDO, TPDO, first
+from hil_tests.acceptance.cia301.steps import RESTRICTED, RPDO, TPDO, first
 from hil_tests.api import (
     Abort,
     Cia301Bench,
@@ -29,7 +29,6 @@ from hil_tests.api import (
     u32,
 )
 
-RESTRICTED = (0x000, 0x07F, 0x101, 0x180, 0x581, 0x5FF, 0x601, 0x67F, 0x6E0, 0x6FF, 0x701, 0x7FF)
 EXTENDED = 1 << 29
 DIRECTIONS = {"receive": (RPDO, RECEIVED), "transmit": (TPDO, SENT)}
 
@@ -127,6 +126,19 @@ def test_an_entry_is_not_written_while_it_is_in_use(
     found = sdo.read(index + MAPPING, 1)
     text = f"the entry is still {entry(one).hex()}; it is {found.hex()}"
     bench.check(found == entry(one), text, requirement="C-OD-13")
+
+
+@pytest.mark.requirement("C-PC-05", "C-OD-13")
+@pytest.mark.parametrize("direction", DIRECTIONS)
+def test_the_number_of_entries_is_not_written_while_it_is_in_use(
+    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, direction: str
+) -> None:
+    """0 is refused while the PDO is valid, and the number is kept."""
+    index, _ = prepared(bench, sdo, sheet, direction)
+    outcome = sdo.try_write(index + MAPPING, 0, u8(0))
+    sdo.expect_abort(outcome, accepted.MAPPING_LOCKED, "0 entries for a mapping in use")
+    found = sdo.number(index + MAPPING, 0)
+    bench.check(found == 1, f"there is still 1 entry; there are {found}", requirement="C-OD-13")
 
 
 def try_map(sdo: Sdo, index: int, entries: list[bytes]) -> bytes | Abort:

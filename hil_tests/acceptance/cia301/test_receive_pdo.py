@@ -94,7 +94,37 @@ def test_an_event_driven_rpdo_is_applied_at_once(
     """SDO reads what it carried."""
     objects, can_id = prepared(bench, sdo, sheet, kind, 2)
     bench.send(Frame(can_id, b"\x22\x33"))
-    expect_values(bench, sdo, objects, b"\x22\x33", "C-RP-04", "an RPDO of exact length")
+    expect_applied(bench, sdo, objects, b"\x22\x33", "C-RP-02")
+
+
+def expect_applied(
+    bench: Cia301Bench, sdo: Sdo, objects: list[EdsObject], data: bytes, rule: str
+) -> None:
+    """The RPDO that was sent has been applied at once.
+
+    If a SYNC must come first, `rule` is broken; else the RPDO was not applied at all.
+    """
+    bench.wait(SETTLE_NS)
+    found = values(sdo, objects)
+    text = f"an RPDO of exact length leaves {data.hex(' ')}; SDO reads {found.hex(' ')}"
+    if found != data:
+        sync(bench)
+        bench.wait(SETTLE_NS)
+        waits = values(sdo, objects) == data
+        rule, text = (rule, f"{text} until a SYNC comes") if waits else ("C-RP-04", text)
+    bench.check(found == data, text, requirement=rule)
+
+
+@pytest.mark.requirement("C-PC-12", "C-RP-04")
+def test_another_transmission_type_acts_at_once(
+    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
+) -> None:
+    """Set from synchronous to event-driven in operational: the next RPDO waits for no SYNC."""
+    objects, can_id = prepared(bench, sdo, sheet, SYNCHRONOUS)
+    works(bench, sdo, objects, can_id)
+    set_up(sdo, find(sheet, RPDO), objects, EVENT, requirement="C-PC-12")
+    bench.send(Frame(can_id, b"\x22"))
+    expect_applied(bench, sdo, objects, b"\x22", "C-PC-12")
 
 
 @pytest.mark.requirement("C-RP-02")

@@ -8,7 +8,9 @@ from hil_tests.acceptance.cia301.pdo_steps import SENT, SYNCHRONOUS, find, one_m
 from hil_tests.acceptance.cia301.steps import (
     CYCLE,
     OVERFLOW,
+    RESTRICTED,
     SYNC_ID,
+    TIME_ID,
     TPDO,
     go,
     needs,
@@ -215,12 +217,31 @@ def test_a_sync_of_a_wrong_length_is_none(
     bench.expect(matcher, after=right, within=within, requirement="C-TP-04")
 
 
+@pytest.mark.requirement("C-PC-02")
+@pytest.mark.parametrize("index", [SYNC_ID, TIME_ID], ids=["sync", "time"])
+def test_restricted_identifiers_are_refused_for_sync_and_time(
+    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, index: int
+) -> None:
+    """While the device neither produces nor consumes it, and another identifier could be set."""
+    needs_writable(sheet, (index, 0))
+    bench.start()
+    before = sdo.number(index)
+    sdo.write(index, 0, u32(before & 0x7FF))
+    for can_id in RESTRICTED:
+        outcome = sdo.try_write(index, 0, u32(can_id))
+        what = f"{can_id:03X}h in {index:04X}h"
+        sdo.expect_abort(outcome, accepted.INVALID_VALUE, what)
+    after = sdo.number(index)
+    text = f"{index:04X}h is still {before & 0x7FF:X}h; it is {after:X}h"
+    bench.check(after == before & 0x7FF, text, requirement="C-OD-13")
+
+
 @pytest.mark.requirement("C-TI-01")
 def test_the_time_object_is_as_it_should_be(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
     """1012h: 100h by default, bits 30 and 31 alone besides."""
-    needs(sheet, (0x1012, 0))
+    needs(sheet, (TIME_ID, 0))
     bench.start()
-    value = sdo.number(0x1012)
+    value = sdo.number(TIME_ID)
     text = f"1012h is 100h, with bits 30 and 31 at most; it is {value:08X}h"
     if not bench.stage.virtual and value & 0x7FF != 0x100:
         bench.characteristic("C-TI-01", text)

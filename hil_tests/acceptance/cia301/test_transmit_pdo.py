@@ -20,6 +20,7 @@ from hil_tests.acceptance.cia301.pdo_steps import (
     quiet_others,
     set_up,
     sync,
+    wrong_in,
 )
 from hil_tests.acceptance.cia301.steps import TPDO, go, needs_writable
 from hil_tests.api import (
@@ -244,7 +245,7 @@ def test_the_event_timer_sends_it_again_and_again(
     bench.never(matcher, after=bench.now(), for_ns=10 * timer_ms * MS)
 
 
-@pytest.mark.requirement("C-TP-09")
+@pytest.mark.requirement("C-TP-09", "C-TP-03")
 def test_the_inhibit_time_keeps_events_apart(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
     """Ten changes in a row: TPDOs at least 50 ms apart, and the last value is sent at last."""
     index = find(sheet, TPDO)
@@ -254,8 +255,9 @@ def test_the_inhibit_time_keeps_events_apart(bench: Cia301Bench, sdo: Sdo, sheet
     go(bench, State.OPERATIONAL)
     bench.wait(200 * MS)
     since = bench.now()
-    data = b""
+    data, changed_at = b"", since
     for value in range(1, 11):
+        changed_at = bench.now()
         data = change(sdo, one, value)
         bench.wait(3 * MS)
     bench.wait(50 * MS + bench.profile.limits.event_pdo_ns)
@@ -268,7 +270,7 @@ def test_the_inhibit_time_keeps_events_apart(bench: Cia301Bench, sdo: Sdo, sheet
         bench.measure_between(sooner, later, Limits(least), text, since=sooner)
     last = found[-1].frame
     text = f"the last value {data.hex()} is sent at last; the last TPDO is {last}"
-    bench.check(last.data == data, text)
+    bench.check(last.data == data, text, requirement=wrong_in(found[-1], changed_at, "C-TP-09"))
 
 
 @pytest.mark.requirement("C-TP-10")
@@ -308,6 +310,25 @@ def test_a_sync_start_value_begins_with_its_counter(
         bench.never(matcher, after=sync(bench, bytes((counter,))), for_ns=10 * MS)
     for counter in (5, 6, 7):
         answered(bench, value & 0x7FF, sync(bench, bytes((counter,))), "C-TP-11")
+
+
+@pytest.mark.requirement("C-TP-11", "C-OD-13")
+def test_a_start_value_is_a_counter_and_set_while_it_is_invalid(
+    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
+) -> None:
+    """Another is refused while the PDO is valid, 241 while it is not; the old one is kept."""
+    index = find(sheet, TPDO)
+    needs_writable(sheet, (index, 6))
+    prepared(bench, sdo, sheet, SYNCHRONOUS)
+    before = sdo.number(index, 6)
+    outcome = sdo.try_write(index, 6, u8(before ^ 1))
+    sdo.expect_abort(outcome, accepted.VALUE_OR_STATE, "another SYNC start value")
+    sdo.write(index, 1, u32(sdo.number(index, 1) | INVALID), requirement="C-PC-04")
+    outcome = sdo.try_write(index, 6, u8(241))
+    sdo.expect_abort(outcome, accepted.INVALID_VALUE, "a SYNC start value of 241")
+    after = sdo.number(index, 6)
+    text = f"the SYNC start value is still {before}; it is {after}"
+    bench.check(after == before, text, requirement="C-OD-13")
 
 
 @pytest.mark.requirement("C-TP-13")

@@ -15,6 +15,7 @@ from hil_tests.acceptance.drive.error_steps import (
     field,
     messages_after,
     register,
+    shown,
     start_proven,
 )
 from hil_tests.api import MS, Cia301Bench, Faults, Sdo, accepted, number, u8
@@ -125,4 +126,6 @@ def test_writing_anything_else_is_refused(
     before = field(sdo)
     outcome = sdo.try_write(ERROR_FIELD, 0, u8(value))
     sdo.expect_abort(outcome, accepted.HISTORY_COUNT, f"write of {value} to 1003h:00")
-    expect_field(bench, sdo, before)
+    after, count = field(sdo), count_of(sdo)
+    bench.check(after == before, f"1003h holds {shown(before)} as before; it holds {shown(after)}")
+    bench.check(count == len(before), f"1003h:00 is still {len(before)}; it is {count}")
