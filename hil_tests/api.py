@@ -41,7 +41,7 @@ from hil_tests.judge.verdict import (
     Outcome,
     Verdict,
 )
-from hil_tests.manager import Manager, What
+from hil_tests.manager import Event, Manager, What
 from hil_tests.trace import EventKind, Moment
 from node_model.frame import Frame
 
@@ -63,6 +63,7 @@ __all__ = [
     "Download",
     "DriveProfile",
     "EdsObject",
+    "Event",
     "EventKind",
     "Faults",
     "Frame",

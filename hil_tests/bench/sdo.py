@@ -29,7 +29,7 @@ from hil_tests.clients.values import number
 from hil_tests.clock import MS, exactly, show_span
 from hil_tests.judge import matchers
 from hil_tests.judge.causal import Seen
-from hil_tests.judge.cobs import SDO_ANSWER, SDO_REQUEST, Nmt
+from hil_tests.judge.cobs import NMT, SDO_ANSWER, SDO_REQUEST, Nmt, State
 from hil_tests.judge.verdict import DeviceFailure, InconclusiveResult, Limits, Outcome
 from node_model.frame import Frame
 
@@ -42,6 +42,7 @@ Place = tuple[int, int]
 ACCESS = "C-OD-04"
 NO_ANSWER = "C-SD-01"
 IN_TIME = "C-SD-20"
+OPERATIONAL = "C-NMT-15"
 
 ANSWER_NS = 50 * MS
 """Request to answer, where no profile says otherwise."""
@@ -221,7 +222,8 @@ class Sdo:
         answer = self._first(request, within + LOOK_ON_NS)
         if answer is None:
             matcher = matchers.cob(self.answer_id, "an SDO answer")
-            return bench.expect(matcher, after=request, within=within, requirement=requirement)
+            rule = OPERATIONAL if self._never_served_in_operational() else requirement
+            return bench.expect(matcher, after=request, within=within, requirement=rule)
         # Segments of a block follow each other: what counts is the end of the one before.
         measured, limits = bench.when(answer).since(exactly(request.at)), Limits(at_most_ns=within)
         if limits.check(measured) is not Outcome.PASS:
@@ -229,6 +231,18 @@ class Sdo:
             ended = exactly(request.at)
             bench.measure_between(ended, answer, limits, text, requirement=IN_TIME, since=request)
         return answer
+
+    def _never_served_in_operational(self) -> bool:
+        """It is operational, and has answered nothing since it was sent there (C-NMT-15)."""
+        bench, now = self._bench, self._bench.now()
+        if bench.watch.timeline.sure(exactly(now)) is not State.OPERATIONAL:
+            return False
+        for seen in reversed(list(bench.frames_seen())):
+            if seen.own and seen.frame.can_id == NMT:
+                return True
+            if not seen.own and seen.frame.can_id == self.answer_id:
+                return False
+        return False
 
     def _first(self, after: Seen, patience_ns: int) -> Seen | None:
         matcher = matchers.cob(self.answer_id, "an SDO answer")

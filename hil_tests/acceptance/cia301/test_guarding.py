@@ -82,6 +82,8 @@ def test_a_change_of_state_keeps_the_toggle_bit(
 ) -> None:
     """It alternates through all states."""
     start_guarded(bench, sdo, sheet)
+    for turn in range(4):
+        expect_answer(bench, State.PRE_OPERATIONAL, turn % 2)
     states = (*RUNNING_STATES, State.PRE_OPERATIONAL, State.STOPPED)
     for turn, state in enumerate(states):
         go(bench, state)

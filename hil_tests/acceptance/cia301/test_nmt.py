@@ -137,6 +137,8 @@ def unmoved(bench: Cia301Bench, state: State, *, since: int, requirement: str = 
     told = {seen.frame.data for seen in frames if seen.at > since}
     wrong = [data.hex() for data in told if data != bytes((state.value,))]
     text = f"the state is still {state}; the error control shows {wrong}"
+    strange = told - {bytes((one.value,)) for one in RUNNING_STATES} - {b"\x00"}
+    requirement = "C-HB-02" if strange else requirement
     bench.check(bool(told) and not wrong, text, requirement=requirement)
 
 

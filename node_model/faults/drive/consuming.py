@@ -67,7 +67,7 @@ class ConsumerTooStrict(Fault, HeartbeatConsumer):
 class ConsumerReadsNodeIdElsewhere(Fault, HeartbeatConsumer):
     """The node id is looked for in the highest byte of an entry of 1016h."""
 
-    violates = ("C-HBC-01", "EC-04")
+    violates = ("C-HBC-01", "C-HBC-03", "EC-04")
 
     def _watch(self, sub: int) -> Watch:
         watch = super()._watch(sub)

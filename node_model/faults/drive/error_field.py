@@ -153,7 +153,7 @@ class FieldTakesAnyNumber(Wrong, EmergencyProducer):
 class FieldClearsOnAnyNumber(Wrong, EmergencyProducer):
     """A number other than 0 is refused at 1003h:00, and clears the list all the same."""
 
-    violates = ("C-EM-10", "C-OD-13")
+    violates = ("EM-05", "C-EM-10", "C-OD-13")
 
     def _guard_field(self, sub: int, data: bytes) -> None:
         self._od.put_number(ERROR_FIELD, 0, 0)

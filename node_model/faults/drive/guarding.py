@@ -79,7 +79,7 @@ class GuardingShowsPreOperational(Fault, NodeGuarding):
 class GuardingSilentInStopped(Fault, NodeGuarding):
     """Polls are not answered in stopped."""
 
-    violates = ("EC-01", "C-NG-10")
+    violates = ("EC-01", "C-NG-02", "C-NG-10")
 
     def serves(self) -> bool:
         return super().serves() and self.state is not NmtState.STOPPED

@@ -147,13 +147,14 @@ class HearsExtendedFrames(Fault, Drive):
         self.listens_to = None if self.bit_rate else frozenset()
 
     def receive(self, frame: Frame, now: int) -> Frames:
-        return super().receive(replace(frame, extended=False) if frame.extended else frame, now)
+        short = frame.extended and frame.can_id < 0x800
+        return super().receive(replace(frame, extended=False) if short else frame, now)
 
 
 class StopIsPreOperational(Fault, Drive):
     """The command stop leads to pre-operational."""
 
-    violates = ("C-NMT-04", "C-NMT-05")
+    violates = ("C-NMT-04", "C-NMT-05", "C-NMT-06", "C-NMT-16", "C-NMT-22")
 
     def target(self, command: NmtCommand) -> NmtState:
         found = super().target(command)
@@ -163,7 +164,7 @@ class StopIsPreOperational(Fault, Drive):
 class StartWorksOnce(Fault, Drive):
     """The command start in operational leads to pre-operational."""
 
-    violates = ("C-NMT-05",)
+    violates = ("C-NMT-05", "C-NMT-04")
 
     def target(self, command: NmtCommand) -> NmtState:
         found = super().target(command)
@@ -174,7 +175,7 @@ class StartWorksOnce(Fault, Drive):
 class NoWayFromStoppedToOperational(Fault, Drive):
     """The command start in stopped is ignored."""
 
-    violates = ("C-NMT-05",)
+    violates = ("C-NMT-05", "C-NMT-04", "C-NMT-22")
 
     def target(self, command: NmtCommand) -> NmtState:
         found = super().target(command)
