@@ -109,6 +109,9 @@ LED_MAPS = tuple(
     for verb in ("led", "blink")
     for data in ("00", "01", "02", "0F", "55", "AA", "80", "FF")
 )
+_WATCHES = ("watch 2500ms",) * 8
+"""After half of the actions: two blink periods, and what a late light needs."""
+
 _STRANGE_MAPS = (
     *(f"{verb} {data}" for verb in ("led", "blink") for data in ("-", "0F00", "5500000000000000")),
     "send +200#R1",
@@ -260,6 +263,15 @@ FAMILIES: Mapping[str, Family] = {
         (*LED_MAPS, *_STRANGE_MAPS, *WAYS[:3], *_RESETS[:2], "look", "look", "look", "flip 1"),
         _fixed(0, 5, 60, 700),
         3,
+    ),
+    "glows": Family(
+        "LED frames, and every change of light after them",
+        "operational",
+        _CALM,
+        (*LED_MAPS, *_WATCHES),
+        _fixed(0, 5, 430),
+        2,
+        walk=6,
     ),
     "waits": Family(
         "everything but a valid request to a node that waits to be commissioned",

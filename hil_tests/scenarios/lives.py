@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from hil_tests.api import ECHO_PERIOD_NS, KeypadBench, Limits, Outcome, Verdict
 from hil_tests.clock import FOREVER
 from hil_tests.judge.echoes import EchoRules, Stay, judge_echoes
+from hil_tests.judge.glow import judge_glow
 from hil_tests.judge.lights import LightRules, judge_lights
 from hil_tests.judge.starts import judge_starts
-from hil_tests.scenarios.record import Life
+from hil_tests.scenarios.record import Life, glow_rules
 from hil_tests.scenarios.story import doubted, judge_key_frames, key_rules
 
 
@@ -27,6 +28,8 @@ def judge_operation(bench: KeypadBench, life: Life, until: int, *, doubts: bool)
     found += judge_starts(life.starts, life.emergencies, profile.limits.emcy_ns, until)
     rules = LightRules(profile.led_bits, profile.led_frame_bytes, profile.both_set == "steady")
     found += judge_lights(life.lights, rules)
+    for watched in life.watched:
+        found += judge_glow(watched, glow_rules(bench))
     return in_order(doubted(found, life))
 
 

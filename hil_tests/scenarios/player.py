@@ -84,6 +84,7 @@ class Player:
             "rate": self._rate,
             "load": self._load,
             "look": lambda _: self._look(),
+            "watch": self._watch,
             "wait": lambda _: None,
         }
 
@@ -360,6 +361,14 @@ class Player:
         if self._mode == "operation" and self.bench.leds is not None:
             self.bench.wait(self.limits.led_ns + LINGER_NS)
             self.bench.leds.read()
+
+    def _watch(self, what: str) -> None:
+        leds = self.bench.leds
+        if self._mode != "operation" or leds is None:
+            return
+        if not leds.sees_edges:
+            raise NotRun(f"bench {self.bench.stage.name!r} cannot tell when an LED changes")
+        leds.watch(words.watched(what))
 
 
 def order_of(bench: KeypadBench) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from hil_tests.api import Interval, KeypadBench, Moment, Nmt, Seen, State, cobs
 from hil_tests.clock import FOREVER
 from hil_tests.judge.echoes import Echo, Request
+from hil_tests.judge.glow import GlowRules, Watched, shown
 from hil_tests.judge.keys import Edge, Report, Turn
 from hil_tests.judge.lights import Chance, Event, Leave, Look, Restart, Write
 from hil_tests.judge.starts import Emergency, Start
@@ -38,6 +39,7 @@ class Life:
         self._limits = bench.profile.limits
         self._deaf_until = -1
         self._written_at = -FOREVER
+        self._wrote_blink = False
         self._full = False
         """The boot-up that comes next is one of power-on or reset node, for certain."""
         self._beat_id = cobs.ERROR_CONTROL + node_id
@@ -55,6 +57,7 @@ class Life:
         self.requests: list[Request] = []
         self.echoes: list[Echo] = []
         self.lights: list[Event] = []
+        self.watched: list[Watched] = []
         self.losses: list[BusEvent] = []
         self._read(since)
 
@@ -85,6 +88,8 @@ class Life:
             self._power(moment)
         elif moment.what == "leds":
             self._look(moment)
+        elif moment.what == "lights":
+            self._watch(moment)
 
     def _edge(self, moment: Moment) -> None:
         bits = self._bench.profile.key_bits
@@ -121,6 +126,27 @@ class Life:
         if not possible & set(_NOT_YET):
             operational = possible == {State.OPERATIONAL}
             self.lights.append(Look(moment.ended_at, lights, operational))
+
+    def _watch(self, moment: Moment) -> None:
+        """A stretch in which every change of light was seen: what it showed, and when."""
+        possible = self._bench.watch.timeline.possible(moment.when)
+        if possible != {State.OPERATIONAL}:
+            return
+        start, edges = moment.detail["start"], moment.detail["edges"]
+        assert isinstance(start, dict)
+        assert isinstance(edges, list)
+        watched = Watched(
+            moment.began_at,
+            moment.ended_at,
+            start,
+            [(Interval(first, last), led, lit) for first, last, led, lit in edges],
+            self._written_at,
+            self._wrote_blink,
+        )
+        self.watched.append(watched)
+        look = shown(watched, glow_rules(self._bench))
+        if look is not None:
+            self.lights.append(look)
 
     def _disturbed(self, at: int) -> None:
         """Something that may keep back the EMCY of the last boot-up."""
@@ -169,7 +195,7 @@ class Life:
         if not frame.can_id:
             self._command(seen)
         elif base in {cobs.LED_STEADY, cobs.LED_BLINK} and not frame.extended and not frame.remote:
-            self._written_at = seen.at
+            self._written_at, self._wrote_blink = seen.at, base == cobs.LED_BLINK
             self.lights.append(Write(base == cobs.LED_BLINK, frame.data, self._acts(seen.at)))
 
     def _acts(self, at: int) -> Chance:
@@ -205,3 +231,9 @@ class Life:
             self.lights.append(Restart(Chance.SURE if sure else Chance.PERHAPS))
         elif command is not Nmt.START:
             self.lights.append(Leave())
+
+
+def glow_rules(bench: KeypadBench) -> GlowRules:
+    """Facts and limits of the device's lights."""
+    profile = bench.profile
+    return GlowRules(profile.limits.led_ns, profile.blink_on_ns, profile.blink_off_ns)

@@ -78,7 +78,8 @@ class Scenario:
     @property
     def span_ns(self) -> int:
         """How long its steps take, without what the device itself takes to start."""
-        return sum(step.after_ns for step in self.steps)
+        watches = sum(words.watched(step.what) for step in self.steps if step.verb == "watch")
+        return sum(step.after_ns for step in self.steps) + watches
 
     @property
     def parameters(self) -> Mapping[str, int]:

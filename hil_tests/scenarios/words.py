@@ -11,6 +11,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from hil_tests.api import Frame, Nmt, cobs
+from hil_tests.clock import S, parse_span
 
 COMMANDS = {
     "start": Nmt.START,
@@ -34,6 +35,9 @@ _FRAME = re.compile(
 )
 _READ = 1024
 """Texts that are remembered: explorers play the same ones thousands of times a second."""
+
+LONGEST_WATCH_NS = 60 * S
+"""Somebody watches LEDs for a minute at most."""
 
 _HIGHEST = 0x080
 _LOWEST = 0x7FF
@@ -151,6 +155,15 @@ def loading(text: str) -> Loading:
     return Loading(percent * 10_000, (Frame(can_id, bytes(8)), Frame(can_id, b"\xff" * 8)))
 
 
+@lru_cache(_READ)
+def watched(text: str) -> int:
+    """How long a step "watch" lasts, in ns."""
+    span_ns = parse_span(text)
+    if not 0 < span_ns <= LONGEST_WATCH_NS:
+        raise ValueError("LEDs are watched for a minute at most")
+    return span_ns
+
+
 def _nothing(text: str) -> None:
     if text:
         raise ValueError
@@ -197,6 +210,9 @@ WORDS: Mapping[str, Word] = {
     "rate": Word("rate N in bit/s, or rate own", rate, ("bitrate",), False, True),
     "load": Word("load PERCENT% high|low, or load off", loading, (), False, True),
     "look": Word("look: what the LEDs show", _nothing, ("leds",)),
+    "watch": Word(
+        "watch SPAN: every change of an LED in that time: watch 2500ms", watched, ("leds",)
+    ),
     "wait": Word("wait: nothing is done", _nothing),
 }
 

@@ -146,6 +146,7 @@ def test_cost_is_about_what_a_real_bench_takes() -> None:
     assert entry("a", seconds=11).cost_ns == plain + 10 * S
     assert entry("a", play=f"{KEYS}; 0ms power off; 0ms power on").cost_ns > plain
     assert entry("a", play=f"{KEYS}; 0ms look").cost_ns > plain
+    assert entry("a", play=f"{KEYS}; 0ms watch 7s").cost_ns == plain + 7 * S
     assert entry("a", play="operational debounce=2: 60ms keys 1").cost_ns > plain
     assert entry("a", play=f"{KEYS}; 0ms request 06").cost_ns > plain
 

@@ -8,6 +8,7 @@ from itertools import pairwise
 import pytest
 
 from hil_tests.bench.keypad import KeypadBench
+from hil_tests.bench.virtual import VirtualStage
 from hil_tests.clock import MS
 from hil_tests.config import Parameters
 from hil_tests.explore.lab import Lab
@@ -82,6 +83,10 @@ def test_a_right_keypad_breaks_nothing(text: str) -> None:
         ("heartbeat-too-slow", "pre-operational heartbeat_ms=50: 300ms wait", "HB-06"),
         ("steady-ignored", "operational: 60ms led 03; 0ms look", "LED-01"),
         ("blink-ignored", LIGHTS, "LED-02"),
+        ("steady-ignored", "operational: 60ms led 03; 0ms watch 2500ms", "LED-01"),
+        ("leds-late", "operational: 60ms led 80; 0ms watch 2500ms", "LED-01"),
+        ("blink-light-too-long", "operational: 60ms blink 05; 0ms watch 2500ms", "LED-05"),
+        ("blink-out-of-phase", "operational: 60ms blink 0F; 0ms watch 2500ms", "LED-05"),
         ("steady-takes-from-blink", LIGHTS, "LED-03"),
         ("leds-in-pre-operational", "pre-operational: 0ms led 01; 60ms nmt start; 0ms look",
          "LED-04"),
@@ -147,6 +152,16 @@ def test_what_the_bench_lacks_is_said_before_anything_is_done(text: str, lack: s
         Player(bench).begin(scenario(text))
     assert stage.asked == []
     assert not stage.port.sent
+
+
+def test_a_bench_that_sees_no_changes_of_light_cannot_watch() -> None:
+    """An eye that looks at LEDs is not enough."""
+    lab = Lab()
+    stage = lab.bench.stage
+    assert isinstance(stage, VirtualStage)
+    stage.sees_edges = False
+    assert lab.play(scenario("operational: 0ms watch 2s")) is None
+    assert lab.why_not == "bench 'virtual' cannot tell when an LED changes"
 
 
 @pytest.mark.parametrize("step", ["send 123#", "rate 500000", "load 60% high"])

@@ -145,6 +145,26 @@ def test_a_look_counts_where_nothing_changed_under_the_eye() -> None:
     assert [each.operational for each in looks(bench)] == [True, True, False]
 
 
+def test_leds_that_are_watched_are_read_while_it_is_operational() -> None:
+    """With the last frame before the end, the beginning, and what they came to show."""
+    bench = running()
+    assert bench.leds is not None
+    bench.send(Frame(0x301, b"\x01"))
+    sent_at = bench.now()
+    bench.leds.watch(2500 * MS)
+    (stretch,) = life(bench).watched
+    assert (stretch.written_at, stretch.blink) == (sent_at, True)
+    assert [led for led, lit in stretch.start.items() if lit] == ["on_off"]
+    assert [lit for _, _, lit in stretch.edges[:3]] == [False, True, False]
+    assert [each.lights["on_off"] for each in looks(bench)] == ["blink"]
+    bench.leds.watch(300 * MS)
+    assert len(life(bench).watched) == 2
+    assert len(looks(bench)) == 1
+    bench.nmt(Nmt.STOP)
+    bench.leds.watch(2500 * MS)
+    assert len(life(bench).watched) == 2
+
+
 def test_what_came_at_another_rate_is_not_read() -> None:
     """A tester that heard nobody cannot say what was sent."""
     bench = running()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from hil_tests.clock import S
 from hil_tests.judge.cobs import Nmt
 from hil_tests.scenarios import words
 from hil_tests.scenarios.scenario import scenario
@@ -115,6 +116,13 @@ def test_rates_are_bits_a_second() -> None:
     assert words.rate("1000000") == 1_000_000
     for wrong in ("999", "1000001", "-1", "fast", ""):
         refused("rate", wrong)
+
+
+@pytest.mark.parametrize("text", ["0ms", "61s", "", "soon"])
+def test_leds_are_watched_for_a_minute_at_most(text: str) -> None:
+    """And for some time at all."""
+    assert WORDS["watch"].read("60s") == 60 * S
+    refused("watch", text)
 
 
 def test_loads_are_shares_of_the_bus_time() -> None:
