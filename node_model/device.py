@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 
+from node_model.agenda import NEVER, Agenda
 from node_model.bare import Bare
 from node_model.composition import Facts, Parts, Services
 from node_model.frame import Frame
@@ -21,20 +22,12 @@ from node_model.nmt import NMT_COB_ID, TARGETS, NmtCommand, NmtState, command_fo
 from node_model.node import MS, NOTHING, Frames, refuse_strangers
 from node_model.nonvolatile import encode
 from node_model.od import ObjectDictionary
-from node_model.service import QuietService, Service
+from node_model.service import Service
 
 COMMUNICATION = range(0x1000, 0x2000)
 """Indices of the communication profile area."""
 
 IDENTITY = 0x1018
-
-Deadline = Callable[[], int | None]
-Verb = Callable[[int], Frames]
-
-
-def has_deadlines(service: Service) -> bool:
-    """Whether a service may ever be due by itself."""
-    return type(service).deadline is not QuietService.deadline
 
 
 class Cia301Device(Bare):
@@ -60,23 +53,18 @@ class Cia301Device(Bare):
         self._lss = self.parts.lss(self)
         self.node_id, self._line_rate = self._line.load()
         self.compose(image[IMAGE_BYTES:])
-        self._row: tuple[Service, ...] = ()
-        self._timed: tuple[tuple[Deadline, Verb], ...] = ()
-        self._dues: list[int | None] = []
-        self._routes: dict[int, tuple[Service, ...]] = {}
+        self.agenda = Agenda()
         self.active: frozenset[str] = frozenset()
         self._boot_at: int | None = None
         self._heard_at: int | None = None
         self._wanted: NmtState | None = None
-        self._stale = False
-        self._due: int | None = None
+        self._retuned = False
+        self._due = NEVER
 
     def compose(self, image: bytes) -> None:
         """Objects and services for the present node id."""
         self.od = ObjectDictionary(self.facts.entries(self.node_id))
-        for index in sorted(self.od.indices):
-            if index in COMMUNICATION:
-                self.od.observe(index, self._configured)
+        self.od.witness(self._configured)
         self.services = Services(
             self.parts, self.od, self.node_id, self.facts, image, self._want, self.applied
         )
@@ -99,15 +87,14 @@ class Cia301Device(Bare):
         self._fall_silent()
         self._line.store.cut()
         self._lss.forget()
-        self._boot_at = self._due = None
+        self._boot_at = None
+        self._due = NEVER
         return NOTHING
 
     def _fall_silent(self) -> None:
-        for service in self._row:
+        for service in self.agenda.row:
             service.stop()
-        self._row = self._timed = ()
-        self._dues = []
-        self._routes = {}
+        self.agenda = Agenda()
         self._wanted = self._heard_at = None
         self.state = NmtState.INITIALISING
         self.bit_rate = 0
@@ -140,9 +127,8 @@ class Cia301Device(Bare):
 
     def _begin(self, row: tuple[Service, ...], now: int) -> Frames:
         self.services.sdo.pace(self.bit_rate)
-        self._row = row
-        self._timed = tuple((s.deadline, s.advance) for s in row if has_deadlines(s))
-        self._stale = True
+        self.agenda = Agenda(row)
+        self._retuned = True
         return gathered(service.start(now) for service in row)
 
     def report(self, now: int) -> Frames:
@@ -189,8 +175,13 @@ class Cia301Device(Bare):
             command = self.command(frame)
             if command is not None:
                 frames = self.obey(command, now)
-        for service in self._routes.get(frame.can_id, ()):
-            frames = (*frames, *service.receive(frame, now))
+        agenda = self.agenda
+        for place, receive in agenda.listeners.get(frame.can_id, ()):
+            said = receive(frame, now)
+            frames = (*frames, *said) if frames else said
+            agenda.acted(place)
+        if now < self._due and not self.agenda.moved:
+            return frames
         return self._settle(frames, now, now)
 
     def command(self, frame: Frame) -> NmtCommand | None:
@@ -211,29 +202,30 @@ class Cia301Device(Bare):
     def enter(self, state: NmtState, now: int) -> Frames:
         """Change to an NMT state after initialisation."""
         self.state = state
-        return gathered(service.enter(state, now) for service in self._row)
+        self.agenda.stir()
+        return gathered(service.enter(state, now) for service in self.agenda.row)
 
     def _want(self, state: NmtState, now: int) -> None:  # noqa: ARG002  a request
         """1029h asks for a state: entered when what asked is through."""
         self._wanted = state
 
-    def _configured(self, sub: int, now: int) -> None:  # noqa: ARG002  an observer
-        """A client has written a communication object: COB-IDs may be others."""
-        self._stale = True
+    def _configured(self, index: int, differs: bool) -> None:  # noqa: ARG002  a witness
+        """A client has written an object."""
+        self.agenda.write(index)
 
     # Time.
 
     def advance(self, now: int) -> Frames:
         """Everything that is due, oldest first."""
         due = self._due
-        if due is None or due > now:
+        if due > now:
             return NOTHING
         said = self._fire(due)
         return self._settle(said, due, now)
 
     def deadline(self) -> int | None:
         """The end of initialisation, or what a service waits for."""
-        return self._due
+        return self._due if self._due < NEVER else None
 
     def _settle(self, frames: Frames, at: int, now: int) -> Frames:
         """All that is due by `now`, each at its instant, after what was done at `at`."""
@@ -243,10 +235,11 @@ class Cia301Device(Bare):
             if self._wanted is not None:
                 state, self._wanted = self._wanted, None
                 frames = (*frames, *self.enter(state, at))
-            if self._stale:
+            if self.agenda.settle() or self._retuned:
+                self._retuned = False
                 self._route()
             due = self._next()
-            if due is None or due > now:
+            if due > now:
                 self._due = due
                 return frames
             at = due
@@ -261,34 +254,19 @@ class Cia301Device(Bare):
         if self._heard_at is not None and self._heard_at <= now:
             self._heard_at = None
             self.bit_rate = self._line_rate
-            self._stale = True
+            self._retuned = True
         self.before(now)
-        frames: Frames = NOTHING
-        for place, due in enumerate(self._dues):
-            if due is not None and due <= now:
-                said = self._timed[place][1](now)
-                frames = (*frames, *said) if frames else said
-        return frames
+        return self.agenda.act(now)
 
-    def _next(self) -> int | None:
+    def _next(self) -> int:
         if self._boot_at is not None:
             return self._boot_at
-        soonest = self._heard_at
-        self._dues = dues = [deadline() for deadline, _ in self._timed]
-        for due in dues:
-            if due is not None and (soonest is None or due < soonest):
-                soonest = due
-        return soonest
+        due = self.agenda.due
+        return due if self._heard_at is None else min(self._heard_at, due)
 
     def _route(self) -> None:
-        """Who gets which identifier."""
-        self._stale = False
-        routes: dict[int, tuple[Service, ...]] = {}
-        for service in self._row:
-            for can_id in service.listens_to():
-                routes[can_id] = (*routes.get(can_id, ()), service)
-        self._routes = routes
-        self.listens_to = frozenset(routes) | {NMT_COB_ID} if self.bit_rate else frozenset()
+        """What passes the acceptance filter."""
+        self.listens_to = self.agenda.heard | {NMT_COB_ID} if self.bit_rate else frozenset()
 
     def withdraws(self, frame: Frame, asked_at: int, now: int) -> bool:
         """Synchronous PDOs are not sent after their window."""
@@ -318,7 +296,7 @@ class Cia301Device(Bare):
         self._line_rate = bit_rate or self._line_rate
         self._heard_at = now + 2 * delay_ns
         self.bit_rate = 0
-        self._stale = True
+        self._retuned = True
 
     def begin(self, now: int) -> None:
         """The first node id: initialise communication."""
@@ -356,6 +334,7 @@ class Cia301Device(Bare):
         """
         refuse_strangers("fault", active, self.faults, self.name)
         before, self.active = self.active, active
+        self.agenda.stir()
         if self.state is NmtState.INITIALISING:
             return NOTHING
         came = gathered(self.occur(n, now) for n in self.faults if n in active - before)

@@ -68,6 +68,8 @@ class EmergencyProducer(QuietService):
         change: asked to change the NMT state after a communication error.
     """
 
+    alone = True
+
     def __init__(
         self, od: ObjectDictionary, node_id: int, change: StateRequest = _no_change
     ) -> None:

@@ -62,6 +62,8 @@ class HeartbeatService(QuietService):
         producer: makes the timer for a period in ns.
     """
 
+    alone = True
+
     def __init__(
         self,
         od: ObjectDictionary,

@@ -30,19 +30,16 @@ class Watch:
         value: what the entry holds: node id in bit 16 to 23, consumer time in ms below.
     """
 
-    __slots__ = ("lapse_at", "lost", "node_id", "sub", "time_ns")
+    __slots__ = ("active", "lapse_at", "lost", "node_id", "sub", "time_ns")
 
     def __init__(self, sub: int, value: int) -> None:
         self.sub = sub
         self.node_id = value >> 16 & 0xFF
         self.time_ns = (value & 0xFFFF) * MS
+        self.active = self.node_id in NODE_IDS and self.time_ns > 0
+        """It names a node and a time."""
         self.lapse_at: int | None = None
         self.lost = False
-
-    @property
-    def active(self) -> bool:
-        """It names a node and a time."""
-        return self.node_id in NODE_IDS and self.time_ns > 0
 
     @property
     def cause(self) -> str:
@@ -58,6 +55,8 @@ class HeartbeatConsumer(QuietService):
         errors: is told of heartbeat events.
     """
 
+    set_up_by = frozenset((CONSUMER_TIME,))
+
     def __init__(self, od: ObjectDictionary, errors: ErrorHandler) -> None:
         self._od = od
         self._errors = errors
@@ -72,8 +71,8 @@ class HeartbeatConsumer(QuietService):
 
     def listens_to(self) -> frozenset[int]:
         """Error control frames of the nodes that it watches."""
-        active = (watch for watch in self._watches.values() if watch.active)
-        return frozenset(HEARTBEAT_BASE + watch.node_id for watch in active)
+        watches = self._watches.values()
+        return frozenset([HEARTBEAT_BASE + watch.node_id for watch in watches if watch.active])
 
     def start(self, now: int) -> Frames:
         """Nobody has been heard."""
@@ -173,7 +172,8 @@ class HeartbeatConsumer(QuietService):
         if old.lost:
             self._healed.append((now, old.cause))
         self._watches[sub] = self._watch(sub)
-        self._plan()
+        if old.lost or old.lapse_at is not None:
+            self._plan()
 
     def _plan(self) -> None:
         """When somebody will be missed, or an event is over."""

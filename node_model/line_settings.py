@@ -24,6 +24,8 @@ class LineSettings(QuietService):
         store: makes the memory.
     """
 
+    alone = True
+
     def __init__(
         self,
         node_id: int,

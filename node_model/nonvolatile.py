@@ -66,6 +66,8 @@ class NonVolatile(QuietService):
         store: makes the memory from size in bytes, image and `byte_ns`.
     """
 
+    alone = True
+
     def __init__(
         self,
         od: ObjectDictionary,

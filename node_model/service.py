@@ -8,6 +8,7 @@ dictionary, guards the objects that it owns, and observes their changes.
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -19,10 +20,21 @@ from node_model.node import NOTHING, Frames
 class Service(Protocol):
     """One communication service."""
 
+    @property
+    def alone(self) -> bool:
+        """Whether its `receive` and `advance` leave the deadlines of all other services alone.
+
+        What a client's write leads to does not count.
+        """
+
+    @property
+    def set_up_by(self) -> Container[int]:
+        """Indices of the objects that `listens_to` follows from."""
+
     def listens_to(self) -> frozenset[int]:
         """Base identifiers of the frames it wants to receive, as it is set up now.
 
-        Asked again after each SDO download and each reset.
+        Asked again after each start, and after a client wrote an object of `set_up_by`.
         """
 
     def start(self, now: int) -> Frames:
@@ -42,7 +54,11 @@ class Service(Protocol):
         """Whatever is due by now, oldest first."""
 
     def deadline(self) -> int | None:
-        """When `advance` must be called next, or None."""
+        """When `advance` must be called next, or None.
+
+        Asked again after its own work, and after all that may concern it: what a client
+        writes, other services that are not `alone`, the application, the NMT state.
+        """
 
     def stop(self) -> None:
         """Supply or communication is gone: nothing is due any more."""
@@ -55,6 +71,8 @@ class QuietService:
     sent from within an observer. Whoever composes a device calls `advance` afterwards.
     """
 
+    alone = False
+    set_up_by: Container[int] = frozenset()
     state: NmtState = NmtState.INITIALISING
 
     @property

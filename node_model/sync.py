@@ -44,6 +44,8 @@ class SyncService(QuietService):
         produces: the device can be a producer.
     """
 
+    set_up_by = frozenset((COB_ID,))
+
     def __init__(
         self,
         od: ObjectDictionary,

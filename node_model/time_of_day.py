@@ -31,6 +31,9 @@ class TimeOfDay(QuietService):
         period_ns: from one TIME to the next as a producer; 0 = only when asked.
     """
 
+    alone = True
+    set_up_by = frozenset((COB_ID,))
+
     def __init__(self, od: ObjectDictionary, period_ns: int = 0) -> None:
         self._od = od
         self._period_ns = period_ns

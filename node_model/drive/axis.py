@@ -14,7 +14,8 @@ from functools import partial
 
 from node_model.drive.profile import Profile
 from node_model.node import MS
-from node_model.od import AbortCode, ObjectDictionary, SdoAbort
+from node_model.od import AbortCode, Entry, ObjectDictionary, SdoAbort
+from node_model.od.dictionary import key_of
 
 ERROR_CODE = 0x603F
 MODE, MODE_DISPLAY = 0x6060, 0x6061
@@ -64,6 +65,9 @@ class Axis:
 
     def __init__(self, profile: Profile, told: Told) -> None:
         self._od = ObjectDictionary(())
+        self._actual: Entry | None = None
+        self._seen = b""
+        """Value of the actual position that is right while it stands still."""
         self._profile = profile
         self._told = told
         self.state = Power.DISABLED
@@ -75,6 +79,7 @@ class Axis:
     def attach(self, od: ObjectDictionary) -> None:
         """Work on these objects."""
         self._od = od
+        self._actual = od.entries.get(key_of(*self._profile.actual))
         od.guard(MODE, self._guard_mode)
         for index in (self._profile.control[0], self._profile.set_point[0], MODE, SPEED):
             od.observe(index, partial(self.written, index))
@@ -120,9 +125,13 @@ class Axis:
 
     def update(self, now: int) -> None:
         """The actual position as it is now."""
+        actual = self._actual
+        if actual is None or (self.state is not Power.ENABLED and actual.value is self._seen):
+            return
         position = self.position(now)
         if position != self._od.number(*self._profile.actual):
             self._change(self._profile.actual, position, now)
+        self._seen = actual.value
 
     def position(self, now: int) -> int:
         """Where it is."""

@@ -66,6 +66,7 @@ class Drive(Cia301Device):
     def tell(self, index: int, sub: int, now: int) -> None:
         """The axis has changed an object: PDOs may carry it."""
         self.services.pdo.written(index, sub, now)
+        self.agenda.stir()
 
     def power_on(self, now: int) -> Frames:
         """The axis stands still, disabled."""

@@ -48,6 +48,8 @@ class PdoService(QuietService):
         rpdo: makes an RPDO.
     """
 
+    set_up_by = range(RPDOS.start, TPDOS.stop)
+
     def __init__(
         self,
         od: ObjectDictionary,

@@ -12,6 +12,7 @@ instant. So the device asks its other services for `advance` (or `deadline`) and
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import replace
 from functools import partial
 
@@ -44,6 +45,9 @@ class SdoServer:
         channel: class of a channel.
         parts: classes of the transfers.
     """
+
+    alone = True
+    set_up_by: Container[int] = FURTHER
 
     def __init__(
         self,
