@@ -17,6 +17,7 @@ Expectations and verdicts are a `Mark` each: they say what was made of the recor
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, cast
 
 import attrs
@@ -69,8 +70,13 @@ def plain(parameters: Setup | None) -> dict[str, object] | None:
     """Setup of a device by name; None = not known."""
     if parameters is None:
         return None
-    fields = attrs.fields(cast("type[attrs.AttrsInstance]", type(parameters)))
-    return {each.name: getattr(parameters, each.name) for each in fields}
+    return {name: getattr(parameters, name) for name in _names(type(parameters))}
+
+
+@cache
+def _names(kind: type) -> tuple[str, ...]:
+    """What a setup of that kind holds."""
+    return tuple(each.name for each in attrs.fields(cast("type[attrs.AttrsInstance]", kind)))
 
 
 def renewal(began_at: int, now: int, parameters: Setup, *, off: bool, fresh: bool) -> Moment:

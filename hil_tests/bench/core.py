@@ -70,6 +70,8 @@ class BenchCore:
         self.census = Census()
         self.heard_at_all = False
         self._earliest = array("q")
+        self._expected: dict[tuple[Setup | None, bool, bool], Expected] = {}
+        """What the judge was told before: a bench begins anew many times with few devices."""
         self._calendar: list[tuple[int, int, Callable[[], object]]] = []
         self._order = 0
         self._later: deque[Sighting | BusEvent] = deque()
@@ -88,7 +90,8 @@ class BenchCore:
         self.faults: Faults | None = None
         self.bitrate = BitRate(self, stage.bitrate) if stage.bitrate else None
         self.opening = chronicle.opening(self)
-        """How the bench stood when the test, or the example of a property, began."""
+        """How the bench stood when the test, or the example of a property, began that is written
+        to a sink."""
 
     # What it knows.
 
@@ -121,11 +124,19 @@ class BenchCore:
         """What the judge is told about the device."""
         raise NotImplementedError
 
+    def _told(self) -> Expected:
+        """What the judge is told about the device as it is now."""
+        key = self.parameters, self.stage.exclusive, self.stage.fades
+        known = self._expected.get(key)
+        if known is None:
+            known = self._expected[key] = self.expected(self.parameters)
+        return known
+
     def _new_watch(self, *, off: bool, since: int | None = None) -> Watch:
         port = self.stage.port
         rate = self.stage.bit_rate
         return Watch(
-            self.expected(self.parameters),
+            self._told(),
             1_000_000_000 // rate if port.timed else 0,
             frozenset((State.OFF,)) if off else ANY_STATE,
             rate,
@@ -142,7 +153,8 @@ class BenchCore:
         self.verdicts = []
         self._found = []
         self._began_at = self.now()
-        self.opening = chronicle.opening(self)
+        if sinks:
+            self.opening = chronicle.opening(self)
         self.watch = self._new_watch(off=False)
         self.rates = [(0, self.watch.clock.bit_ns)]
 
@@ -379,7 +391,8 @@ class BenchCore:
     def record(self, verdict: Verdict) -> Verdict:
         """Keep a verdict for the results."""
         self.verdicts.append(verdict)
-        self.trace.remark(chronicle.mark_of(verdict, self.now()))
+        if self.trace.sinks:
+            self.trace.remark(chronicle.mark_of(verdict, self.now()))
         return verdict
 
     def when(self, thing: When) -> Interval:

@@ -190,7 +190,7 @@ class JudgingBench(BenchCore):
             InconclusiveResult: the doubt straddles a limit.
         """
         limits = within if isinstance(within, Limits) else Limits(at_most_ns=within)
-        self._await(f"expects {matcher} after {name_of(after)}", after, limits, requirement)
+        self._await(f"{matcher}", after, limits, requirement)
         bound = interval_of(after).latest + limits.at_most_ns
         seen = self.first(matcher, after, bound + LOOK_ON_NS) or self._late(matcher, after, bound)
         if seen is None:
@@ -199,9 +199,12 @@ class JudgingBench(BenchCore):
         self.measure_between(after, seen, limits, text, requirement=requirement, since=after)
         return seen
 
-    def _await(self, text: str, after: When, limits: Limits, requirement: str) -> None:
+    def _await(self, what: str, after: When, limits: Limits, requirement: str) -> None:
         """Note in the record what is waited for, and from when its time counts."""
+        if not self.trace.sinks:
+            return
         since = interval_of(after)
+        text = f"expects {what} after {name_of(after)}"
         self.trace.remark(chronicle.expectation(self.now(), text, since, limits, requirement))
 
     def _late(self, matcher: Matcher, after: When, bound: int) -> Seen | None:
@@ -236,8 +239,7 @@ class JudgingBench(BenchCore):
         """
         since = interval_of(after)
         end = since.latest + for_ns
-        text = f"expects no {matcher} after {name_of(after)}"
-        self._await(text, after, Limits(at_most_ns=for_ns), requirement)
+        self._await(f"no {matcher}", after, Limits(at_most_ns=for_ns), requirement)
         self.wait_until(end)
         self.settle()
         found = [

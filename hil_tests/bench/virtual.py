@@ -6,6 +6,7 @@ Time goes on from world to world, so that a test has one continuous trace.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import attrs
@@ -167,6 +168,7 @@ class VirtualStage:
         self._blueprint = blueprint
         self.name = name
         self.bit_rate = 0
+        self._memory = lru_cache(lambda setup: blueprint.memory(attrs.asdict(setup)))
         self.port = VirtualPort(World())
         self._enter(0, blueprint.facts.factory.bit_rate, b"")
         device = self.device
@@ -186,7 +188,7 @@ class VirtualStage:
 
     def renew(self, parameters: Setup) -> bool:
         """A new world with a device that was once set to these parameters."""
-        image = self._blueprint.memory(attrs.asdict(parameters))  # type: ignore[arg-type]  # each is one
+        image = self._memory(parameters)
         self._enter(self.port.now() + PAUSE_NS, parameters.bit_rate, image)
         return True
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum, IntEnum
+from functools import cache
 
 from node_model.frame import Frame, data_frame
 
@@ -93,6 +94,7 @@ def long_nmt_for(frame: Frame, node_id: int) -> Nmt | None:
     return nmt_for(Frame(frame.can_id, frame.data[:2]), node_id)
 
 
+@cache
 def device_ids(node_id: int | None) -> frozenset[int]:
     """Every identifier under which a keypad with that node id may speak."""
     fixed = {ECHO}

@@ -6,7 +6,8 @@ suspicion, and gives its verdicts in `finish`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import Protocol
 
 from hil_tests.clock import Interval, show_span
@@ -57,6 +58,24 @@ _SPEAKING: States = frozenset((State.PRE_OPERATIONAL, State.OPERATIONAL))
 _BEATING: States = _SPEAKING | {State.STOPPED}
 
 
+@cache  # a watch begins several times in each scenario
+def _rules(node_id: int | None, key_bytes: int) -> Mapping[int, tuple[range, States, str]]:
+    """What may be sent under an identifier: lengths, states, and who forbids it elsewhere."""
+    rules = {ECHO: (range(6, 9), frozenset((State.COMMISSIONING,)), "ROB-02")}
+    if node_id is not None:
+        rules |= {
+            ERROR_CONTROL + node_id: (range(1, 2), _BEATING, "ROB-02"),
+            EMCY + node_id: (range(8, 9), _SPEAKING, "ROB-02"),
+            KEYS + node_id: (
+                range(key_bytes, key_bytes + 1),
+                frozenset((State.OPERATIONAL,)),
+                "KEY-07",
+            ),
+            SDO_ANSWER + node_id: (range(8, 9), _SPEAKING, "ROB-02"),
+        }
+    return rules
+
+
 class AllowedFrames:
     """Only the listed frames, with their lengths, in the states that allow them.
 
@@ -69,21 +88,10 @@ class AllowedFrames:
         self._suspicions: list[Suspicion] = []
         self._requested = False
         self._identified = node_id is not None
-        self._emcy_id = None if node_id is None else EMCY + node_id
         self._emcy_id = EMCY + (node_id or 0)
         self._emcy_until = -1
         self._emcy_ns = expected.emcy_ns
-        self._rules: dict[int, tuple[range, States, str]] = {
-            ECHO: (range(6, 9), frozenset((State.COMMISSIONING,)), "ROB-02")
-        }
-        if node_id is not None:
-            key_bytes = range(expected.key_bytes, expected.key_bytes + 1)
-            self._rules |= {
-                ERROR_CONTROL + node_id: (range(1, 2), _BEATING, "ROB-02"),
-                EMCY + node_id: (range(8, 9), _SPEAKING, "ROB-02"),
-                KEYS + node_id: (key_bytes, frozenset((State.OPERATIONAL,)), "KEY-07"),
-                SDO_ANSWER + node_id: (range(8, 9), _SPEAKING, "ROB-02"),
-            }
+        self._rules = _rules(node_id, expected.key_bytes)
 
     def requested(self) -> None:
         """The tester sent 4F8h: an echo may follow."""
