@@ -37,8 +37,10 @@ class Sighting(NamedTuple):
     """Sent by the tester itself."""
 
 
-@dataclass(frozen=True, slots=True)
-class Moment:
+_NO_DETAIL: Mapping[str, object] = {}
+
+
+class Moment(NamedTuple):
     """Something that the bench did to the device: it took effect somewhere in an interval.
 
     `what` is a verb: "power", "keys", "bitrate", "leds" and whatever else `bench.chronicle`
@@ -49,7 +51,7 @@ class Moment:
     what: str
     began_at: int
     ended_at: int
-    detail: Mapping[str, object] = field(default_factory=dict)
+    detail: Mapping[str, object] = _NO_DETAIL
 
     @property
     def when(self) -> Interval:

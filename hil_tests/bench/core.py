@@ -84,6 +84,7 @@ class BenchCore:
         self._began_at = stage.port.now()
         self.watch = self._new_watch(off=False)
         self.rates = [(0, self.watch.clock.bit_ns)]
+        """From which frame of the trace on a bit takes how long, ns; 0 = no time."""
         self.power = Power(self, stage.power) if stage.power else None
         self.keys: Keys | None = None
         self.leds: Leds | None = None
@@ -191,7 +192,13 @@ class BenchCore:
         end = self._known_until if until is None else until
         self._found.extend(self.watch.finish(end, self.lateness))
         self.watch = self._new_watch(off=off)
-        self.rates.append((len(self.trace), self.watch.clock.bit_ns))
+        self._keep_rate()
+
+    def _keep_rate(self) -> None:
+        """The next frame of the trace has the bit time of the watch."""
+        bit_ns = self.watch.clock.bit_ns
+        if bit_ns != self.rates[-1][1]:
+            self.rates.append((len(self.trace), bit_ns))
 
     def note(self, moment: Moment) -> Moment:
         """Put a stimulus into the trace, in its place among the frames.
@@ -208,7 +215,7 @@ class BenchCore:
                 later.append(item)
         self.trace.note(moment)
         self.watch.did(moment)
-        self.rates.append((len(self.trace), self.watch.clock.bit_ns))
+        self._keep_rate()
         for item in later:
             self.take(item)
         return moment
@@ -240,8 +247,10 @@ class BenchCore:
     def seen(self, index: int) -> Seen:
         """The frame with that index in the trace, with its causal interval."""
         frame, at, _, own = self.trace.frame(index)
-        bit_ns = self.rates[bisect_right(self.rates, (index, FOREVER)) - 1][1]
-        latest = at - frame.bits * bit_ns if bit_ns else at
+        rates = self.rates
+        place = bisect_right(rates, (index, FOREVER)) if len(rates) > 1 else 1
+        bit_ns = rates[place - 1][1]
+        latest = at - (frame.known_bits or frame.bits) * bit_ns if bit_ns else at
         return Seen(frame, at, Interval(min(self._earliest[index], latest), latest), own, index)
 
     def frames_seen(self, start: int = 0) -> Iterator[Seen]:

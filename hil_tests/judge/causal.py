@@ -214,6 +214,8 @@ class Lateness:
 
     def widen(self, seen: Seen) -> Interval:
         """The interval of a frame's request, with the host's lateness in it."""
+        if not self._pairs:
+            return seen.wanted
         earliest, latest = seen.wanted
         for due, sent in self._pairs:
             if due < earliest and due <= seen.at <= sent + self._slack_ns:

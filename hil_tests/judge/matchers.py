@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 from hil_tests.judge.cobs import ECHO, EMCY, ERROR_CONTROL, KEYS, SHOWN, State
 from node_model.frame import Frame
@@ -50,11 +51,13 @@ def exactly(can_id: int, data: bytes, text: str = "") -> Matcher:
     return Matcher(shown, lambda frame: _plain(frame, can_id) and frame.data == data)
 
 
+@cache  # each start waits for one
 def boot_up(node_id: int) -> Matcher:
     """Boot-up: one byte 00h on 700h + id (CiA 301, 7.2.8.3.3)."""
     return exactly(ERROR_CONTROL + node_id, b"\x00", f"boot-up of node {node_id}")
 
 
+@cache
 def of_a_start(node_id: int) -> Matcher:
     """Any frame by which a node that starts can be told, however badly it is formed."""
     can_ids = {ERROR_CONTROL + node_id, EMCY + node_id}
@@ -87,6 +90,7 @@ def emcy(node_id: int, code_class: int | None = None, code: int | None = None) -
     return Matcher(f"EMCY{kind} of node {node_id}", accepts)
 
 
+@cache
 def key_frame(node_id: int, mask: int | None = None, size: int = 1) -> Matcher:
     """A key frame, of any content or with exactly these keys."""
     if mask is None:

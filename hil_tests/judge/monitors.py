@@ -25,7 +25,7 @@ from hil_tests.judge.cobs import (
 from hil_tests.judge.expected import Expected
 from hil_tests.judge.settings import Role
 from hil_tests.judge.suspicion import Silence, Suspicion, always_wrong, confirmed
-from hil_tests.judge.timeline import States, StateTimeline
+from hil_tests.judge.timeline import States, StateTimeline, commissions
 from hil_tests.judge.verdict import Outcome, Verdict
 
 
@@ -108,8 +108,9 @@ class AllowedFrames:
         """Note what is wrong with a frame."""
         frame = seen.frame
         rule = self._rules.get(frame.can_id)
-        if frame.can_id != ECHO and self._timeline.commissions(seen.wanted):
-            self._forbidden(seen, frozenset(), self._timeline.possible(seen.wanted), "ROB-02")
+        possible = self._timeline.possible(seen.wanted)
+        if frame.can_id != ECHO and commissions(possible):
+            self._forbidden(seen, frozenset(), possible, "ROB-02")
             return
         if rule is None and not self._identified:
             return  # without a node id nobody can say whose frame it is
@@ -130,7 +131,6 @@ class AllowedFrames:
             self._suspect("ROB-02", text, seen)
         if frame.data == b"\x00" and states is _BEATING:
             self._emcy_until = seen.wanted.latest + self._emcy_ns
-        possible = self._timeline.possible(seen.wanted)
         if not possible & states:
             if frame.can_id == self._emcy_id and seen.wanted.earliest <= self._emcy_until:
                 return  # the EMCY of this start, queued before a command stopped the node

@@ -95,6 +95,11 @@ class SdoListener:
         self._asked = (frame.data, seen.at) if is_download else None
 
     @property
+    def waits(self) -> bool:
+        """Something was written, and the device has not answered yet."""
+        return self._asked is not None
+
+    @property
     def beat_asked(self) -> bool:
         """A heartbeat period was written, and the device has not answered yet."""
         return self._asked is not None and self._asked[0][1:4] == _PRODUCER_TIME

@@ -14,7 +14,13 @@ from hil_tests.judge.cobs import LEADS_TO, Nmt, State
 
 States = frozenset[State]
 ANY_STATE: States = frozenset(State)
+_COMMISSIONING, _PRE_OPERATIONAL = State.COMMISSIONING, State.PRE_OPERATIONAL
 _BOOTING: States = frozenset((State.STARTING, State.PRE_OPERATIONAL))
+
+
+def commissions(possible: States) -> bool:
+    """Whether a device of these possible states was powered up to be commissioned."""
+    return _COMMISSIONING in possible and _PRE_OPERATIONAL not in possible
 
 
 class StateTimeline:
@@ -29,9 +35,13 @@ class StateTimeline:
         self._command_ns = command_ns
         self._from: list[int] = [-FOREVER]
         self._states: list[States] = [states]
+        self._asked: Interval | None = None
+        self._answer = states
+        """What was possible in the interval that was asked for last: several look at a frame."""
 
     def _cut(self, instant: int) -> States:
         """Forget the steps planned for later than `instant`; what is possible at it."""
+        self._asked = None
         while self._from[-1] > instant:
             self._from.pop()
             self._states.pop()
@@ -40,6 +50,7 @@ class StateTimeline:
     def _step(self, instant: int, states: States) -> None:
         if states == self._states[-1]:
             return
+        self._asked = None
         if self._from[-1] >= instant:
             self._states[-1] = states
         else:
@@ -104,16 +115,21 @@ class StateTimeline:
 
     def possible(self, when: Interval) -> States:
         """Every state in which the device can have been at some instant of `when`."""
-        first = max(bisect_right(self._from, when.earliest) - 1, 0)
-        last = bisect_right(self._from, when.latest)
-        if last - first == 1:
-            return self._states[first]
-        return frozenset().union(*self._states[first:last])
+        if when is self._asked:
+            return self._answer
+        self._asked = when
+        earliest, latest = when
+        if self._from[-1] <= earliest <= latest:
+            self._answer = self._states[-1]
+        else:
+            first = max(bisect_right(self._from, earliest) - 1, 0)
+            last = bisect_right(self._from, latest)
+            self._answer = frozenset().union(*self._states[first:last])
+        return self._answer
 
     def commissions(self, when: Interval) -> bool:
         """Whether it was powered up to be commissioned, and is there or on the way there."""
-        possible = self.possible(when)
-        return State.COMMISSIONING in possible and State.PRE_OPERATIONAL not in possible
+        return commissions(self.possible(when))
 
     def sure(self, when: Interval) -> State | None:
         """The one state that it must have been in all through `when`; None = not known."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 from hil_tests.clock import FOREVER, Interval, show_interval, show_span
 
@@ -23,6 +24,9 @@ class Outcome(Enum):
     NOT_RUN = "not run"
     NOT_APPLICABLE = "not applicable"
 
+    # Members are singletons; hashing their names, as Enum does, is slow.
+    __hash__ = object.__hash__
+
 
 _GRAVITY = (Outcome.FAIL, Outcome.INCONCLUSIVE, Outcome.OBSERVATION)
 
@@ -32,8 +36,11 @@ def gravest(outcomes: list[Outcome]) -> Outcome:
     return next((outcome for outcome in _GRAVITY if outcome in outcomes), Outcome.PASS)
 
 
-@dataclass(frozen=True, slots=True)
-class Limits:
+_PASS, _FAIL, _INCONCLUSIVE = Outcome.PASS, Outcome.FAIL, Outcome.INCONCLUSIVE
+"""A name of an enumeration is dear to look up; spans are checked once a frame."""
+
+
+class Limits(NamedTuple):
     """A span must lie in `at_least_ns .. at_most_ns`, both ends allowed."""
 
     at_least_ns: int = -FOREVER
@@ -42,10 +49,10 @@ class Limits:
     def check(self, measured: Interval) -> Outcome:
         """Guard-banded check of a measured span."""
         if measured.latest < self.at_least_ns or measured.earliest > self.at_most_ns:
-            return Outcome.FAIL
+            return _FAIL
         if measured.earliest >= self.at_least_ns and measured.latest <= self.at_most_ns:
-            return Outcome.PASS
-        return Outcome.INCONCLUSIVE
+            return _PASS
+        return _INCONCLUSIVE
 
     @property
     def ends(self) -> tuple[int | None, int | None]:

@@ -169,12 +169,15 @@ class Watch:
             return  # whose it is nobody can say, or it is dying, and owes nothing any more
         if self.timeline.commissions(seen.wanted):
             return  # there every frame but the echo is wrong, and none is a start or a beat
+        is_beat = frame.can_id == self._beat_id
         asked_for = self._boot.owed
-        self._boot.see(seen)
-        self._learn(self._sdo, seen)
+        if is_beat or asked_for:
+            self._boot.see(seen)
+        if self._sdo.waits or self._held is not None:
+            self._learn(self._sdo, seen)
         if self._is_emcy(frame):
             self._react(seen)
-        if frame.can_id == self._beat_id and not frame.extended and not frame.remote:
+        if is_beat and not frame.extended and not frame.remote:
             if self._answers_poll(seen):
                 return
             self._heartbeats.see(seen)

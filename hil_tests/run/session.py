@@ -158,7 +158,7 @@ class Run:
             "requirements": list(self._claims),
             "settings": {key: self.plan.settings[key] for key in TOLD_SETTINGS},
         }
-        return replace(opening, detail={**opening.detail, **told})
+        return opening._replace(detail={**opening.detail, **told})
 
     def stand_in(self, test: str) -> bool:  # noqa: ARG002  a replay knows
         """Whether something else stands in for the body of a test."""
