@@ -57,6 +57,8 @@ class BenchCore:
 
     def __init__(self, stage: Stage, profile: DeviceProfile, parameters: Setup | None) -> None:
         self.stage = stage
+        self.now: Callable[[], int] = stage.port.now
+        """The present instant on the clock of the bus, ns."""
         self.profile = profile
         self.home: Setup | None = parameters
         self.parameters: Setup | None = parameters
@@ -259,10 +261,6 @@ class BenchCore:
             yield self.seen(index)
 
     # Time.
-
-    def now(self) -> int:
-        """The present instant on the clock of the bus, ns."""
-        return self.stage.port.now()
 
     def wait(self, span_ns: int) -> None:
         """Let time pass; everything that happens on the bus is recorded."""

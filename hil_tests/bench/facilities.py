@@ -84,11 +84,8 @@ class Keys:
         self._driver = driver
         self._bits = bits
         self.held: frozenset[str] = frozenset()
-
-    @property
-    def names(self) -> tuple[str, ...]:
+        self.names: tuple[str, ...] = tuple(sorted(bits, key=bits.__getitem__))
         """All keys of the profile, in bit order."""
-        return tuple(sorted(self._bits, key=self._bits.__getitem__))
 
     @property
     def mask(self) -> int:

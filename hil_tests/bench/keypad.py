@@ -67,9 +67,12 @@ class KeypadBench(Bench):
 
     def start_mode(self) -> str:
         """How the device will start with the keys that are held now."""
-        if self.held == self.profile.commissioning_keys:
+        held = self.held
+        if not held:
+            return "regular"
+        if held == self.profile.commissioning_keys:
             return "commissioning"
-        return "either" if self.held > self.profile.commissioning_keys else "regular"
+        return "either" if held > self.profile.commissioning_keys else "regular"
 
     def expected(self, parameters: Setup | None) -> Expected:
         """See `BenchCore`."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from hil_tests.clock import FOREVER, Interval, exactly
@@ -38,8 +37,7 @@ class Report(NamedTuple):
     mask: int
 
 
-@dataclass(frozen=True, slots=True)
-class KeyRules:
+class KeyRules(NamedTuple):
     """Facts and limits of a keypad, spans in ns.
 
     Args:
@@ -103,8 +101,7 @@ def window_of(wanted: Interval, windows: Sequence[Window], command_ns: int) -> W
     return None
 
 
-@dataclass(frozen=True, slots=True)
-class KeyTimeline:
+class KeyTimeline(NamedTuple):
     """Everything that happened between a device and its keys.
 
     Args:
@@ -168,13 +165,28 @@ class Stay(NamedTuple):
         return self.start.earliest <= latest and self.end.latest >= earliest
 
 
-def stays_of(edges: Sequence[Edge], bit: int) -> list[Stay]:
-    """The stays of one contact; the first one began before everything."""
+def moved_bits(edges: Sequence[Edge]) -> int:
+    """The contacts that moved at all, as a mask."""
+    first, moved = edges[0].held, 0
+    for _, held in edges:
+        moved |= held ^ first
+    return moved
+
+
+def stays_of(edges: Sequence[Edge], bit: int, moved: int) -> list[Stay]:
+    """The stays of one contact; the first one began before everything.
+
+    Args:
+        edges: of all contacts.
+        bit: of the contact.
+        moved: the contacts that moved at all, as a mask.
+    """
     found: list[Stay] = []
     level, start = edges[0].held >> bit & 1, ALWAYS
-    for when, held in edges[1:]:
-        if held >> bit & 1 != level:
-            found.append(Stay(level, start, when))
-            level, start = 1 - level, when
+    if moved >> bit & 1:
+        for when, held in edges:
+            if held >> bit & 1 != level:
+                found.append(Stay(level, start, when))
+                level, start = 1 - level, when
     found.append(Stay(level, start, NEVER))
     return found

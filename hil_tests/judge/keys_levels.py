@@ -53,10 +53,10 @@ class _Move(NamedTuple):
     must: tuple[Interval, bool, int] | None = None
     """`began`, `outside` and `closes_at` of the change."""
 
-    @property
-    def order(self) -> tuple[int, bool]:
-        """By instant; what must be comes before what may follow."""
-        return self.at, self.must is None
+
+def _order(move: _Move) -> tuple[int, bool]:
+    """By instant; what must be comes before what may follow."""
+    return move[0], move[2] is None
 
 
 class Attention:
@@ -69,8 +69,9 @@ class Attention:
     """
 
     def __init__(self, turns: Sequence[Turn], windows: Sequence[Window], rules: KeyRules) -> None:
-        self.rules = rules
         self.windows = windows
+        self.scan_ns, self.command_ns = rules.scan_ns, rules.command_ns
+        self.soonest_ns, self.surely_ns = rules.soonest_ns, rules.surely_ns
         command_ns = rules.command_ns
         closes = [-FOREVER, *(window.closes.earliest for window in windows)]
         opens = [*(window.opens.latest + command_ns for window in windows), FOREVER]
@@ -101,22 +102,21 @@ class KeyLevels:
     def __init__(self, bit: int, stays: Sequence[Stay], attention: Attention) -> None:
         self.bit = bit
         self.stays = stays
-        self._rules = attention.rules
         self._attention = attention
         self.steps: list[tuple[int, int]] = [(-FOREVER, 1 << stays[0].level)]
         """From when on which levels are possible: 1 = released, 2 = pressed, 3 = both."""
         self.changes: list[Change] = []
         if len(stays) > 1 or stays[0].level:  # else it is released all the time
-            self._walk(sorted(self._moves(), key=lambda move: move.order))
+            self._walk(sorted(self._moves(), key=_order))
 
     def may_count_at(self, index: int) -> int | None:
         """From when on a stay may have counted; None = it is certainly too short."""
         stay, first = self.stays[index], self._chain(index)
-        counts_at = self.stays[first].start.earliest + self._rules.soonest_ns
+        counts_at = self.stays[first].start.earliest + self._attention.soonest_ns
         if self._end(stay) < counts_at:
             return None
         # What stands between a chain may be overlooked, so it may count meanwhile.
-        between_ns = 0 if first == index else self._rules.scan_ns
+        between_ns = 0 if first == index else self._attention.scan_ns
         return max(stay.start.earliest - between_ns, counts_at)
 
     def _chain(self, index: int) -> int:
@@ -128,9 +128,12 @@ class KeyLevels:
     def _unseen(self, stay: Stay) -> bool:
         """Whether a keypad may miss it: between two scans, or outside operational."""
         from_at, to_at = stay.start.latest, stay.end.earliest
-        if to_at - from_at < self._rules.scan_ns:
+        if to_at - from_at < self._attention.scan_ns:
             return True
-        return any(from_at >= start and to_at <= end for start, end in self._attention.breaks)
+        for start, end in self._attention.breaks:
+            if from_at >= start and to_at <= end:
+                return True
+        return False
 
     def _end(self, stay: Stay) -> int:
         """When the keypad saw it end, at the latest: perhaps not before it looks again."""
@@ -152,15 +155,17 @@ class KeyLevels:
 
     def _at_once(self, stay: Stay) -> Iterator[_Move]:
         """What is held on entry, or while the node starts, may count at once (KEY-22)."""
-        scan_ns = self._rules.scan_ns
+        from_at, to_at = stay.start.earliest, stay.end.latest + self._attention.scan_ns
         for earliest, latest in self._attention.at_once:
-            if stay.touches(earliest - scan_ns, latest):
-                yield _Move(max(stay.start.earliest, earliest), stay.level)
+            if from_at <= latest and to_at >= earliest:
+                yield _Move(max(from_at, earliest), stay.level)
 
     def _surely(self, stay: Stay) -> Iterator[_Move]:
         """Where the stay must have counted: only time in operational is sure to count."""
-        command_ns, surely_ns = self._rules.command_ns, self._rules.surely_ns
+        command_ns, surely_ns = self._attention.command_ns, self._attention.surely_ns
         start, ends = stay.start, stay.end.earliest
+        if start.latest + surely_ns >= ends:
+            return  # too short, whatever the node did
         for opens, closes in self._attention.windows:
             open_by = opens.latest + command_ns
             begun_by = max(open_by, start.latest)

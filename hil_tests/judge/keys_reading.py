@@ -11,6 +11,7 @@ from hil_tests.judge.keys_facts import (
     KeyTimeline,
     Report,
     Window,
+    moved_bits,
     stays_of,
     window_of,
     windows_of,
@@ -48,8 +49,9 @@ class Reading:
         else:
             self.windows, self.again = windows_of(timeline.turns)
             attention = Attention(timeline.turns, self.windows, rules)
+            moved = moved_bits(timeline.edges)
             self.keys = {
-                name: KeyLevels(bit, stays_of(timeline.edges, bit), attention)
+                name: KeyLevels(bit, stays_of(timeline.edges, bit, moved), attention)
                 for name, bit in rules.keys.items()
             }
             self._instants, self._possible = self._join()

@@ -35,6 +35,7 @@ from hil_tests.scenarios.origins import Origin
 from hil_tests.scenarios.record import Life
 from hil_tests.scenarios.scenario import Scenario, Step
 from hil_tests.scenarios.story import when_all_is_told
+from node_model.frame import data_frame
 
 LINGER_NS = 5 * MS
 """How much longer than its limit the effect of an LED frame is waited for."""
@@ -94,9 +95,9 @@ class Player:
         """Bring the device to where the scenario begins."""
         bench = self.bench
         bench.needs_facilities(sorted(scenario.needs))
-        if scenario.disturbs:
+        if not bench.stage.exclusive and scenario.disturbs:
             bench.needs_exclusive()
-        if scenario.writes:
+        if not bench.stage.writes_allowed and scenario.writes:
             bench.needs_writes("the scenario may change what the device has stored")
         self._candidates = (bench.fresh(None, **scenario.parameters),)
         if scenario.begin == "off":
@@ -338,15 +339,10 @@ class Player:
         )
 
     def _map(self, verb: str, what: str) -> None:
-        self._post(Frame(words.LED_MAPS[verb] + self.node_id, words.payload(what)))
+        self._post(data_frame(words.LED_MAPS[verb] + self.node_id, words.payload(what)))
 
     def _raw(self, what: str) -> None:
-        frame, relative = words.sent(what)
-        if relative:
-            frame = Frame(
-                frame.can_id + self.node_id, frame.data, frame.remote, frame.extended, frame.dlc
-            )
-        if self._post(frame):
+        if self._post(words.sent_to(what, self.node_id)):
             self._origin.littered()
 
     def _request(self, what: str) -> None:

@@ -89,7 +89,8 @@ class Scenario:
     @property
     def needs(self) -> frozenset[str]:
         """Facilities that a bench must have for it, by the names of the fixtures."""
-        needs = {name for step in self.steps for name in WORDS[step.verb].needs}
+        verbs = {step.verb for step in self.steps}
+        needs = {name for verb in verbs for name in WORDS[verb].needs}
         return frozenset(needs | ({"power"} if self.begin == "off" else set()))
 
     @property

@@ -112,6 +112,15 @@ def sent(text: str) -> Sent:
     return Sent(frame, relative)
 
 
+@lru_cache(_READ)
+def sent_to(text: str, node_id: int) -> Frame:
+    """The frame of a step "send", for a device of that node id."""
+    frame, relative = sent(text)
+    if not relative:
+        return frame
+    return Frame(frame.can_id + node_id, frame.data, frame.remote, frame.extended, frame.dlc)
+
+
 def frame_of(text: str) -> Frame:
     """The frame in candump's notation: 123#1122, 00000123#, 123#R2, 123#1122334455667788_9.
 
