@@ -129,6 +129,10 @@ class Sink(Protocol):
         """Store one entry; after this call a killed process has not lost it."""
 
 
+_tuple = tuple.__new__
+"""Makes a named tuple in half the time."""
+
+
 @lru_cache(maxsize=4096)  # most frames of a trace stand in it many times
 def _unpacked(head: int, body: int) -> Frame:
     """The frame with that head and body."""
@@ -201,7 +205,7 @@ class Trace:
         """The frame with that index (negative ones count from the end)."""
         head = self._head[index]
         frame = _unpacked(head & _OWN - 1, self._body[index])
-        return Sighting(frame, self._at[index], self._doubt[index], head >= _OWN)
+        return _tuple(Sighting, (frame, self._at[index], self._doubt[index], head >= _OWN))
 
     def frames(self, start: int = 0, stop: int | None = None) -> Iterator[Sighting]:
         """The frames from index `start` up to, not including, `stop`."""

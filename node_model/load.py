@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import cycle
 
 from node_model.frame import INTERMISSION_BITS, Frame
 from node_model.node import NOTHING, Frames
@@ -33,14 +34,16 @@ class Load:
     ) -> None:
         self._rate = bit_rate
         self.bit_rate = 0
-        self._frames = [(frame,) for frame in frames]
         bit_ns = 1_000_000_000 // bit_rate
-        self._spans = [
-            (frame.bits + INTERMISSION_BITS) * bit_ns * 1_000_000 // share_ppm for frame in frames
-        ]
+        self._turns: Iterator[tuple[Frames, int]] = cycle(
+            [
+                ((frame,), (frame.bits + INTERMISSION_BITS) * bit_ns * 1_000_000 // share_ppm)
+                for frame in frames
+            ]
+        )
+        """Each frame, and the mean span from its request to the next."""
         self._even = share_ppm >= 1_000_000
         self._state = seed
-        self._turn = 0
         self._due_at: int | None = None
 
     def power_on(self, now: int) -> Frames:
@@ -79,13 +82,11 @@ class Load:
 
     def _request(self, due: int) -> tuple[Frames, int]:
         """The frame that is due, and when the next one is."""
-        turn = self._turn
-        span = self._spans[turn]
+        frames, span = next(self._turns)
         if not self._even:
             self._state = (self._state * _MULTIPLIER + _INCREMENT) % _MODULUS
             span = span * (self._state >> 44) >> 19
-        self._turn = (turn + 1) % len(self._frames)
-        return self._frames[turn], due + span + (not span)
+        return frames, due + span + (not span)
 
     def deadline(self) -> int | None:
         """The next request."""

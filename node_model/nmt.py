@@ -41,7 +41,7 @@ TARGETS = {
 }
 """State that a command leads to, from every state after initialisation."""
 
-_COMMANDS = frozenset(command.value for command in NmtCommand)
+_COMMANDS = {command.value: command for command in NmtCommand}
 
 
 def command_for(frame: Frame, node_id: int) -> NmtCommand | None:
@@ -53,6 +53,6 @@ def command_for(frame: Frame, node_id: int) -> NmtCommand | None:
     data = frame.data
     if frame.can_id or frame.extended or frame.remote or len(data) < 2:
         return None
-    if data[1] not in {node_id, ALL_NODES} or data[0] not in _COMMANDS:
+    if data[1] not in {node_id, ALL_NODES}:
         return None
-    return NmtCommand(data[0])
+    return _COMMANDS.get(data[0])

@@ -22,7 +22,7 @@ from hil_tests.bench.terms import When, interval_of
 from hil_tests.bus.port import BurstPort
 from hil_tests.clock import FOREVER, MS, Interval, show_span
 from hil_tests.errors import BenchError, FrameNotCarried
-from hil_tests.judge.causal import Lateness, Seen
+from hil_tests.judge.causal import Lateness, Seen, seen_between
 from hil_tests.judge.cobs import State
 from hil_tests.judge.expected import Expected
 from hil_tests.judge.timeline import ANY_STATE
@@ -253,7 +253,7 @@ class BenchCore:
         place = bisect_right(rates, (index, FOREVER)) if len(rates) > 1 else 1
         bit_ns = rates[place - 1][1]
         latest = at - (frame.known_bits or frame.bits) * bit_ns if bit_ns else at
-        return Seen(frame, at, Interval(min(self._earliest[index], latest), latest), own, index)
+        return seen_between(frame, at, min(self._earliest[index], latest), latest, own, index)
 
     def frames_seen(self, start: int = 0) -> Iterator[Seen]:
         """The frames of the trace from index `start`."""

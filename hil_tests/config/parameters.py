@@ -57,6 +57,9 @@ class Setup(Protocol):
     def heartbeat_ns(self) -> int:
         """The same in ns."""
 
+    def __hash__(self) -> int:
+        """It is a value, and never changes."""
+
     def __str__(self) -> str:
         """All of it, for people."""
 

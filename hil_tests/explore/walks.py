@@ -21,7 +21,7 @@ def walk(seed: int, number: int, families: Sequence[str] = ()) -> Scenario:
         number: 0, 1, 2, ...; the families take turns.
         families: walk these alone; none = all, as often as they weigh.
     """
-    order = tuple(families) or tuple(turns())
+    order = families or turns()
     random = Random(seed * _STRIDE + number)
     name = order[number % len(order)]
     family = FAMILIES[name]

@@ -49,6 +49,12 @@ class Seen(NamedTuple):
         return Interval(self.at, self.at) if self.own else self.wanted
 
 
+def seen_between(frame: Frame, at: int, earliest: int, latest: int, own: bool, index: int) -> Seen:
+    """A frame that was asked for between two instants."""
+    wanted = _tuple(Interval, (earliest, latest))
+    return _tuple(Seen, (frame, at, wanted, own, index))
+
+
 class CausalClock:
     """Turns sightings into `Seen`, one after the other, in the order of the wire.
 
@@ -134,8 +140,7 @@ class CausalClock:
     def seen(self, frame: Frame, at: int, earliest: int, own: bool, index: int) -> Seen:
         """A frame with its causal interval, of which the earlier end is known."""
         latest = at - (frame.known_bits or frame.bits) * self.bit_ns if self.bit_ns else at
-        wanted = _tuple(Interval, (earliest, latest))
-        return _tuple(Seen, (frame, at, wanted, own, index))
+        return seen_between(frame, at, earliest, latest, own, index)
 
     def requests(self, sightings: Iterable[tuple[Frame, int, int, bool]]) -> list[int]:
         """When each of the next frames of the trace can have been asked for at the earliest.

@@ -19,6 +19,9 @@ class Family(Enum):
     CIA301 = "cia301"
     """An object dictionary and the services of CiA 301."""
 
+    # Members are singletons; hashing their names, as Enum does, is slow.
+    __hash__ = object.__hash__
+
 
 Spans = tuple[int, int]
 """Least and most, in ns."""

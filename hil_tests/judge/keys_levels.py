@@ -130,10 +130,7 @@ class KeyLevels:
         from_at, to_at = stay.start.latest, stay.end.earliest
         if to_at - from_at < self._attention.scan_ns:
             return True
-        for start, end in self._attention.breaks:
-            if from_at >= start and to_at <= end:
-                return True
-        return False
+        return any(from_at >= start and to_at <= end for start, end in self._attention.breaks)
 
     def _end(self, stay: Stay) -> int:
         """When the keypad saw it end, at the latest: perhaps not before it looks again."""

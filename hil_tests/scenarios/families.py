@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import NamedTuple
 
@@ -372,8 +372,10 @@ FAMILIES: Mapping[str, Family] = {
 }  # fmt: skip
 
 
-def turns() -> Iterator[str]:
+@cache
+def turns() -> tuple[str, ...]:
     """Families in the order in which walks take them, each as often as it weighs."""
     most = max(family.weight for family in FAMILIES.values())
-    for turn in range(most):
-        yield from (name for name, family in FAMILIES.items() if family.weight > turn)
+    return tuple(
+        name for turn in range(most) for name, family in FAMILIES.items() if family.weight > turn
+    )

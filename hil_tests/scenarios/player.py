@@ -75,6 +75,8 @@ class Player:
         self._mode = ""
         self._ready_at = 0
         self._judged_until: int | None = None
+        self._read: tuple[tuple[int, int], Life] | None = None
+        """The life under way, as far as the record went when it was read."""
         self._verbs: Mapping[str, Callable[[str], None]] = {
             "nmt": self._nmt,
             "led": lambda what: self._map("led", what),
@@ -157,6 +159,7 @@ class Player:
         self._since = self.bench.trace.mark()
         self._held = self.bench.keys.mask if self.bench.keys else 0
         self._judged_until = None
+        self._read = None
 
     def _end_life(self, until: int) -> None:
         """Judge what has just ended, up to an instant; nothing, where the device was off."""
@@ -172,7 +175,10 @@ class Player:
 
     def _life(self) -> Life:
         """What was recorded since it was switched on."""
-        return Life(self.bench, self.node_id, self._since, self._held)
+        told = self.bench.trace.mark()
+        if self._read is None or self._read[0] != told:
+            self._read = told, Life(self.bench, self.node_id, self._since, self._held)
+        return self._read[1]
 
     def _judge(self, mode: str, life: Life, until: int) -> list[Verdict]:
         if mode == "commissioning":
