@@ -35,7 +35,6 @@ from hil_tests.scenarios.origins import Origin
 from hil_tests.scenarios.record import Life
 from hil_tests.scenarios.scenario import Scenario, Step
 from hil_tests.scenarios.story import when_all_is_told
-from node_model.frame import data_frame
 
 LINGER_NS = 5 * MS
 """How much longer than its limit the effect of an LED frame is waited for."""
@@ -345,7 +344,7 @@ class Player:
         )
 
     def _map(self, verb: str, what: str) -> None:
-        self._post(data_frame(words.LED_MAPS[verb] + self.node_id, words.payload(what)))
+        self._post(words.map_to(verb, what, self.node_id))
 
     def _raw(self, what: str) -> None:
         if self._post(words.sent_to(what, self.node_id)):

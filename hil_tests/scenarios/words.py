@@ -113,6 +113,12 @@ def sent(text: str) -> Sent:
 
 
 @lru_cache(_READ)
+def map_to(verb: str, text: str, node_id: int) -> Frame:
+    """The frame of a step "led" or "blink", for a device of that node id."""
+    return Frame(LED_MAPS[verb] + node_id, payload(text))
+
+
+@lru_cache(_READ)
 def sent_to(text: str, node_id: int) -> Frame:
     """The frame of a step "send", for a device of that node id."""
     frame, relative = sent(text)
