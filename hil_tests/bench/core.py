@@ -7,7 +7,6 @@ through the watch, once, in order; verdicts are made from those.
 from __future__ import annotations
 
 from array import array
-from bisect import bisect_right
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from heapq import heappop, heappush
@@ -17,6 +16,7 @@ from hil_tests.bench import chronicle
 from hil_tests.bench.action import Action
 from hil_tests.bench.census import Census
 from hil_tests.bench.facilities import BitRate, Faults, Keys, Leds, Power
+from hil_tests.bench.rates import Rates
 from hil_tests.bench.stage import Stage
 from hil_tests.bench.terms import When, interval_of
 from hil_tests.bus.port import BurstPort
@@ -81,27 +81,20 @@ class BenchCore:
         self._bursts = stage.port if isinstance(stage.port, BurstPort) else None
         self._told_at = stage.port.now()
         """The host of a model has told its lateness with frames of before this."""
-        self._known_until = self._told_at
-        """What was asked for before this is in the trace."""
+        self.known_until = self._told_at
+        """Whatever was asked for on the bus before this instant is in the trace."""
         self._began_at = stage.port.now()
         self.watch = self._new_watch(off=False)
-        self.rates = [(0, self.watch.clock.bit_ns)]
-        """From which frame of the trace on a bit takes how long, ns; 0 = no time."""
+        self.rates = Rates(self.watch.clock.bit_ns)
         self.power = Power(self, stage.power) if stage.power else None
         self.keys: Keys | None = None
         self.leds: Leds | None = None
         self.faults: Faults | None = None
         self.bitrate = BitRate(self, stage.bitrate) if stage.bitrate else None
         self.opening = chronicle.opening(self)
-        """How the bench stood when the test, or the example of a property, began that is written
-        to a sink."""
+        """How the bench stood when what is written to a sink now began: a test, or an example."""
 
     # What it knows.
-
-    @property
-    def known_until(self) -> int:
-        """Whatever was asked for on the bus before this instant is in the trace."""
-        return self._known_until
 
     @property
     def node_id(self) -> int:
@@ -127,19 +120,14 @@ class BenchCore:
         """What the judge is told about the device."""
         raise NotImplementedError
 
-    def _told(self) -> Expected:
-        """What the judge is told about the device as it is now."""
-        key = self.parameters, self.stage.exclusive, self.stage.fades
-        known = self._expected.get(key)
-        if known is None:
-            known = self._expected[key] = self.expected(self.parameters)
-        return known
-
     def _new_watch(self, *, off: bool, since: int | None = None) -> Watch:
         port = self.stage.port
         rate = self.stage.bit_rate
+        key = self.parameters, self.stage.exclusive, self.stage.fades
+        if key not in self._expected:
+            self._expected[key] = self.expected(self.parameters)
         return Watch(
-            self._told(),
+            self._expected[key],
             1_000_000_000 // rate if port.timed else 0,
             frozenset((State.OFF,)) if off else ANY_STATE,
             rate,
@@ -159,13 +147,13 @@ class BenchCore:
         if sinks:
             self.opening = chronicle.opening(self)
         self.watch = self._new_watch(off=False)
-        self.rates = [(0, self.watch.clock.bit_ns)]
+        self.rates = Rates(self.watch.clock.bit_ns)
 
     def resume(self, parameters: Setup | None, home: Setup | None, *, heard: bool) -> None:
         """A recording begins: the device is set as it was then; nothing of before counts."""
         self.parameters, self.home, self.heard_at_all = parameters, home, heard
         self._later.clear()
-        self._told_at = self._known_until = self.now()
+        self._told_at = self.known_until = self.now()
 
     def begin_example(self) -> None:
         """An example of a property begins: the one before is counted, and its record let go."""
@@ -191,16 +179,10 @@ class BenchCore:
     def _close_watch(self, *, off: bool, until: int | None = None) -> None:
         """What one watch found up to `until` (None = now) is kept; another begins."""
         self.settle()
-        end = self._known_until if until is None else until
+        end = self.known_until if until is None else until
         self._found.extend(self.watch.finish(end, self.lateness))
         self.watch = self._new_watch(off=off)
-        self._keep_rate()
-
-    def _keep_rate(self) -> None:
-        """The next frame of the trace has the bit time of the watch."""
-        bit_ns = self.watch.clock.bit_ns
-        if bit_ns != self.rates[-1][1]:
-            self.rates.append((len(self.trace), bit_ns))
+        self.rates.keep(len(self.trace), self.watch.clock.bit_ns)
 
     def note(self, moment: Moment) -> Moment:
         """Put a stimulus into the trace, in its place among the frames.
@@ -217,7 +199,7 @@ class BenchCore:
                 later.append(item)
         self.trace.note(moment)
         self.watch.did(moment)
-        self._keep_rate()
+        self.rates.keep(len(self.trace), self.watch.clock.bit_ns)
         for item in later:
             self.take(item)
         return moment
@@ -249,9 +231,7 @@ class BenchCore:
     def seen(self, index: int) -> Seen:
         """The frame with that index in the trace, with its causal interval."""
         frame, at, _, own = self.trace.frame(index)
-        rates = self.rates
-        place = bisect_right(rates, (index, FOREVER)) if len(rates) > 1 else 1
-        bit_ns = rates[place - 1][1]
+        bit_ns = self.rates.of(index)
         latest = at - (frame.known_bits or frame.bits) * bit_ns if bit_ns else at
         return seen_between(frame, at, min(self._earliest[index], latest), latest, own, index)
 
@@ -381,7 +361,7 @@ class BenchCore:
             if len(self.trace) == count:
                 break  # no frame came since the host told its lateness
         self.drain()
-        self._known_until = known_until
+        self.known_until = known_until
 
     # Doing.
 

@@ -221,7 +221,7 @@ class JudgingBench(BenchCore):
     ) -> NoReturn:
         waited = self.now() - interval_of(after).latest
         bound = interval_of(after).latest + limits.at_most_ns
-        known = self.watch.quiet_from(self._known_until) > bound
+        known = self.watch.quiet_from(self.known_until) > bound
         outcome = Outcome.FAIL if known else Outcome.INCONCLUSIVE
         why = "" if known else " (the bus was never free)"
         text = f"expected {matcher} after {name_of(after)}; none came in {show_span(waited)}{why}"
@@ -267,7 +267,7 @@ class JudgingBench(BenchCore):
         What a hosted device's host has kept back is among them.
         """
         since = interval_of(after).earliest
-        if until > self._known_until and self.stage.health is not None:
+        if until > self.known_until and self.stage.health is not None:
             self.settle()
         return [
             seen

@@ -65,12 +65,9 @@ def busy_ns(bench: Bench) -> int | None:
     """How long frames took the wire in the trace of the test; None = it has no bit times."""
     if not bench.stage.port.timed:
         return None
-    starts = [start for start, _ in bench.rates]
-    stops = [*starts[1:], len(bench.trace)]
     return sum(
         (bench.trace.bits(start, stop) + _INTERMISSION * (stop - start)) * bit_ns
-        for (start, bit_ns), stop in zip(bench.rates, stops, strict=True)
-        if stop > start
+        for start, stop, bit_ns in bench.rates.stretches(len(bench.trace))
     )
 
 
