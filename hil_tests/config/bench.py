@@ -76,6 +76,9 @@ class DeviceSection:
     profile: Annotated[str | None, Text(300)] = None
     node_id: Annotated[int | None, Whole(1, 127)] = None
     parameters: PartialParameters | None = None
+    serial: Annotated[str | None, Text(60)] = None
+    """Serial number, as it stands on the label."""
+    firmware: Annotated[str | None, Text(60)] = None
 
     @property
     def commissioned(self) -> Parameters | None:

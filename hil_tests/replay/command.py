@@ -18,6 +18,9 @@ from hil_tests.reporting.results_reader import RESULTS
 USAGE = 4
 """Wrong use, as pytest has it."""
 ACCEPTANCE = "hil_tests.acceptance"
+_IMPORTED = "ignore:Module already imported:pytest.PytestAssertRewriteWarning"
+"""This command is a part of the plugin that pytest loads: it cannot be new to it. A project that
+makes warnings errors would not start."""
 
 
 class _Parser(ArgumentParser):
@@ -141,7 +144,7 @@ def _test(options: Namespace) -> int:
         given.append("--can-strict")
     recorded = open_runs([str(path) for path in options.recording])
     found = places(recorded.tests)
-    return int(pytest.main(["-p", "no:cacheprovider", *given, *found]))
+    return int(pytest.main(["-W", _IMPORTED, "-p", "no:cacheprovider", *given, *found]))
 
 
 def places(tests: Iterable[str]) -> list[str]:

@@ -15,6 +15,8 @@ from hil_tests.reporting.rows import TestResult, VerdictRow
 from hil_tests.trace import Mark
 
 _UNKNOWN = "interrupted"
+IDENTITY = "identity"
+"""What the record is called in which the device says who it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +42,14 @@ class RecordedRun:
         tests: by node id, in the order in which they ran.
         options: what was chosen, as `--can-...` options, by key.
         device: who was under test: "virtual", "model" or "external".
+        identity: the record of how the device was asked who it is; None = it was not.
         repeated: properties whose failing example is run again.
     """
 
     tests: Mapping[str, RecordedTest]
     options: Mapping[str, Any]
     device: str
+    identity: TestRecord | None = None
     repeated: set[str] = field(default_factory=set)
     _sample: list[TestRecord] = field(default_factory=list)
 
@@ -123,8 +127,18 @@ def _from_folder(path: Path) -> RecordedRun:
         if isinstance(each, dict)
     }
     device = found.run.get("device")
-    kind = device.get("kind") if isinstance(device, dict) else None
-    return RecordedRun(tests, chosen, str(kind))
+    known: Mapping[str, Any] = device if isinstance(device, dict) else {}
+    for name in ("serial", "firmware"):
+        if known.get(f"{name}_from") == "bench file":
+            chosen[f"can_{name}"] = known.get(name)
+    return RecordedRun(tests, chosen, str(known.get("kind")), _identity(folder, known))
+
+
+def _identity(folder: Path, device: Mapping[str, Any]) -> TestRecord | None:
+    facts = device.get("identity")
+    name = facts.get("trace") if isinstance(facts, dict) else None
+    path = _inside(folder, name) if isinstance(name, str) else None
+    return load_record(path) if path else None
 
 
 def _inside(folder: Path, name: str) -> Path | None:
@@ -138,16 +152,20 @@ def _inside(folder: Path, name: str) -> Path | None:
 def _from_traces(paths: Sequence[Path]) -> RecordedRun:
     tests: dict[str, RecordedTest] = {}
     first: TestRecord | None = None
+    identity: TestRecord | None = None
     for path in paths:
         record = load_record(path)
         first = first or record
+        if record.test == IDENTITY:
+            identity = record
+            continue
         tests[record.test] = RecordedTest(record.test, _result_of(record), path)
     assert first is not None
     settings = first.opening.detail.get("settings")
     virtual = first.fact("virtual", bool)
     device = "virtual" if virtual else "external"
     options = settings if isinstance(settings, dict) else {}
-    return RecordedRun(tests, options, device, _sample=[first])
+    return RecordedRun(tests, options, device, identity, _sample=[first])
 
 
 def _result_of(record: TestRecord) -> TestResult | None:

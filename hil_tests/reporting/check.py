@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections import deque
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -38,8 +39,9 @@ def check_run(folder: Path) -> list[str]:
     # Sums of something that is no result cannot be worked out.
     if wrong:
         return wrong
-    spans = _wrong_spans(run.results)
-    return [*_wrong_sums(document), *spans, *_wrong_traces(path.parent, run.results)]
+    found = [*_wrong_sums(document), *_wrong_spans(run.results)]
+    found += _wrong_identity(path.parent, document["run"])
+    return [*found, *_wrong_traces(path.parent, run.results)]
 
 
 def results_path(run: Path) -> Path:
@@ -83,6 +85,23 @@ def _wrong_spans(results: tuple[TestResult, ...]) -> Iterator[str]:
             if span != measured:
                 where = f"results[{place}].verdicts[{number}].measured_ns"
                 yield f"{where}: {list(measured)}, and cause and effect give {list(span)}"
+
+
+def _wrong_identity(folder: Path, run: Mapping[str, Any]) -> Iterator[str]:
+    """What the device said of itself is recorded, where the results say so."""
+    name = run["device"]["identity"].get("trace")
+    if name is None:
+        return
+    where, path = f"run.device.identity.trace: {name}", folder / name
+    if not path.resolve().is_relative_to(folder.resolve()):
+        yield f"{where}: lies outside the run's folder"
+    elif not path.is_file():
+        yield f"{where}: is not there"
+    else:
+        try:
+            deque(read_pcapng(path), maxlen=0)
+        except RecordUnreadable as error:
+            yield f"{where}: {error}"
 
 
 def _wrong_traces(folder: Path, results: tuple[TestResult, ...]) -> Iterator[str]:

@@ -97,7 +97,7 @@ def history(parser: argparse.ArgumentParser, words: Sequence[str]) -> int:
         " Without a serial number: which devices were tested. The index beside the runs is made"
         " from them, and brought up to date each time."
     )
-    parser.add_argument("serial", nargs="?", help="as given with --can-serial; all = every run")
+    parser.add_argument("serial", nargs="?", help="of the device; all = every run")
     parser.add_argument("--reports", type=Path, default=REPORTS, help="folder of the runs")
     text = "margins of requirements whose id begins so; may be repeated"
     parser.add_argument("--clause", action="append", metavar="ID", default=[], help=text)

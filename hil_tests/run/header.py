@@ -10,8 +10,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hil_tests.errors import ConfigError
 from hil_tests.run.checkout import git_state
+from hil_tests.run.identity import Identity
 
 if TYPE_CHECKING:
     from hil_tests.bench.bench import Bench
@@ -22,13 +22,19 @@ _PACKAGES = ("nodeproof", "pytest", "hypothesis", "python-can")
 
 
 def header(
-    plan: Plan, bench: Bench | None, started: datetime, command: Sequence[str], root: Path | None
+    plan: Plan,
+    bench: Bench | None,
+    who: Identity,
+    started: datetime,
+    command: Sequence[str],
+    root: Path | None,
 ) -> dict[str, Any]:
     """What was chosen and by whom, on which bus and clock, with which versions.
 
     Args:
         plan: what is tested, and on what.
         bench: None where it could not be opened.
+        who: is under test.
         started: when, with a time zone.
         command: the command line.
         root: where the tests lie; its state in git is told. None = it is not.
@@ -49,7 +55,7 @@ def header(
             "bit_rate": bench.stage.bit_rate if bench else plan.bit_rate,
             "timed": port.timed if port else plan.timed,
         },
-        "device": _device(plan),
+        "device": _device(plan, who),
         "clock": {
             "text": port.clock if port else "none: the bench could not be opened",
             "doubt_ns": port.doubt_ns if port else None,
@@ -60,10 +66,9 @@ def header(
     }
 
 
-def _device(plan: Plan) -> dict[str, Any]:
+def _device(plan: Plan, who: Identity) -> dict[str, Any]:
     """Who is under test, as far as it is known or was said."""
     profile, sheet = plan.profile, getattr(plan.profile, "eds", None)
-    identity = identity_of(sheet) if sheet else {}
     return {
         "kind": plan.device,
         "why": plan.why,
@@ -73,34 +78,14 @@ def _device(plan: Plan) -> dict[str, Any]:
             "path": profile.path,
             "sha256": sha256_of(profile.path),
         },
-        "eds": _file(sheet, str(identity.get("product_name") or "")) if sheet else None,
+        "eds": _file(sheet, str(who.facts.get("product_name") or "")) if sheet else None,
         "node_id": plan.home.node_id if plan.home else None,
-        "serial": plan.settings["can_serial"],
-        "firmware": plan.settings["can_firmware"],
-        "identity": identity,
+        "serial": who.serial,
+        "serial_from": who.serial_from,
+        "firmware": who.firmware,
+        "firmware_from": who.firmware_from,
+        "identity": dict(who.facts),
         "mutant": plan.mutant,
-    }
-
-
-def identity_of(sheet: str) -> dict[str, Any]:
-    """What an electronic data sheet says of the device as a whole; {} = it cannot be read.
-
-    Args:
-        sheet: path of the EDS file.
-    """
-    from hil_tests.eds import read_sheet  # noqa: PLC0415 - where a device has one
-
-    try:
-        device = read_sheet(sheet).device
-    except (OSError, ConfigError):
-        return {}
-    return {
-        "from": "EDS",
-        "vendor_name": device.vendor_name,
-        "product_name": device.product_name,
-        "vendor": device.vendor,
-        "product": device.product,
-        "revision": device.revision,
     }
 
 

@@ -35,6 +35,7 @@ _MODEL_CHANNELS = ("vcan", "vxcan")
 _MODEL_INTERFACES = ("virtual", "udp_multicast")
 
 
+_TOLD = ("can_profile", "can_mutant", "can_seed", "can_strict")
 BUDGET = "10min"
 """Time for stored scenarios on a real bench, where nobody says."""
 
@@ -86,6 +87,11 @@ class Plan:
     def is_external(self) -> bool:
         """The device is the user's own."""
         return self.device == EXTERNAL
+
+    @property
+    def told(self) -> dict[str, object]:
+        """Settings that a verdict depends on besides the record; every record has them."""
+        return {key: self.settings[key] for key in _TOLD}
 
     @property
     def budget_ns(self) -> int:

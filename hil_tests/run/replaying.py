@@ -12,9 +12,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import attrs
 import pytest
 
-from hil_tests.config import load_profile
+from hil_tests.bench.identity import Told
+from hil_tests.config import DeviceProfile, load_profile
 from hil_tests.errors import BenchError, ConfigError
 from hil_tests.judge.verdict import DeviceFailure, InconclusiveResult, NotRun, Outcome, Verdict
 from hil_tests.replay.record import load_record
@@ -43,7 +45,9 @@ _FROM_RECORD = (
     "can_budget",
     "can_mutant",
     "can_node_id",
+    "can_eds",
     "can_serial",
+    "can_firmware",
 )
 """What was chosen then and is kept, unless something else is chosen now."""
 _NOT_WITH = ("can_iface", "can_interface", "can_device", "can_bench", "can_bitrate")
@@ -69,7 +73,7 @@ def plan_of_recording(settings: Settings) -> Plan:
     recorded = open_runs(settings["can_replay"])
     sample = recorded.sample()
     settings = _as_recorded(settings, recorded)
-    profile = load_profile(settings["can_profile"])
+    profile = _profile(settings)
     virtual: bool = sample.fact("virtual", bool)
     return Plan(
         device=recorded.device if (recorded.device == "virtual") is virtual else "external",
@@ -89,6 +93,21 @@ def plan_of_recording(settings: Settings) -> Plan:
         settings=settings,
         recording=recorded,
     )
+
+
+def _profile(settings: Settings) -> DeviceProfile:
+    """The profile, with the electronic data sheet that the run had.
+
+    Raises:
+        ConfigError: no such file.
+    """
+    profile, sheet = load_profile(settings["can_profile"]), settings["can_eds"]
+    if sheet and not Path(sheet).is_file():
+        raise ConfigError(
+            f"--can-replay: the run had the EDS {sheet}, and it is not there; name one with"
+            " --can-eds"
+        )
+    return attrs.evolve(profile, eds=sheet) if sheet else profile
 
 
 def _as_recorded(settings: Settings, recorded: RecordedRun) -> Settings:
@@ -159,6 +178,14 @@ class ReplayRun(Run):
         """What is replayed."""
         assert self.plan.recording is not None
         return self.plan.recording
+
+    def _ask(self, bench: Bench) -> tuple[Told, str | None]:
+        """See Run; the recording of that answers."""
+        record = self.recorded.identity
+        if record is None:
+            return Told(not_read="the recorded run did not ask it"), None
+        stand(bench, record)
+        return super()._ask(bench)
 
     def begin(self, test: str, claims: Sequence[str], *, keep_trace: bool) -> None:
         """A test begins: the bench stands as it stood then.

@@ -17,6 +17,7 @@ from hil_tests.reporting.rundir import RunDirectory
 from hil_tests.run import outcome, rows
 from hil_tests.run.draft import Draft
 from hil_tests.run.header import header
+from hil_tests.run.identity import Identity, identify, read_device
 from hil_tests.run.ledger import Account, Ledger
 from hil_tests.run.options import TAKE_VALUES
 from hil_tests.run.rows import Ending
@@ -24,14 +25,13 @@ from hil_tests.trace import Moment
 
 if TYPE_CHECKING:
     from hil_tests.bench.bench import Bench
+    from hil_tests.bench.identity import Told
     from hil_tests.judge.verdict import Verdict
     from hil_tests.run.plan import Plan
     from hil_tests.run.progress import Progress
 
 
 BROKEN = "the bench is broken"
-TOLD_SETTINGS = ("can_profile", "can_mutant", "can_seed", "can_strict")
-"""What a verdict depends on besides the record."""
 
 
 class Run:
@@ -66,6 +66,7 @@ class Run:
         self.folder = ledger.folder
         self.verdicts: list[Verdict] = []
         self.broken: BenchError | None = None
+        self.who: Identity = identify(plan, None, None)
         self.progress: Progress | None = None
         """Tells of tests that take long; None = nobody waits."""
         self._bench: Bench | None = None
@@ -87,8 +88,20 @@ class Run:
             self._bench = opener(self.plan)
         except BenchError as error:
             self._break(error)
-        head = header(self.plan, self._bench, self._started, self.command, self._root)
-        self.ledger.open(head)
+        self.who = self._identify()
+        who, command = self.who, self.command
+        self.ledger.open(header(self.plan, self._bench, who, self._started, command, self._root))
+
+    def _identify(self) -> Identity:
+        """Who is under test; the device is asked where it has an object dictionary."""
+        bench, plan = self._bench, self.plan
+        if bench is None or plan.profile.eds is None:
+            return identify(plan, None, None)
+        return identify(plan, *self._ask(bench))
+
+    def _ask(self, bench: Bench) -> tuple[Told, str | None]:
+        """Ask the device who it is; what it told, and where that is recorded."""
+        return read_device(self.plan, bench, self.folder)
 
     def _break(self, cause: BenchError) -> None:
         """From now on the bench is broken."""
@@ -155,7 +168,7 @@ class Run:
         told = {
             "test": self._test,
             "requirements": list(self._claims),
-            "settings": {key: self.plan.settings[key] for key in TOLD_SETTINGS},
+            "settings": self.plan.told,
         }
         return opening._replace(detail={**opening.detail, **told})
 

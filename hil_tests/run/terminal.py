@@ -45,6 +45,8 @@ def bench_lines(run: Run) -> list[str]:
         f"bus: {facts['bus']}",
         f"clock: {facts['clock']}",
         f"{bench.set_to}: {known}",
+        *([run.who.line] if run.who.line else []),
+        *(f"IDENTITY: {text}" for text in run.who.warnings),
         f"written to: {run.folder.path}",
     ]
 

@@ -17,17 +17,13 @@ import jinja2
 from hil_tests.clock import Interval, show_interval, show_span
 from hil_tests.reporting.html import narrative, plots, timing, view
 from hil_tests.reporting.html.coverage import UNTESTED, show_margin
+from hil_tests.reporting.html.device import device_facts, device_name, device_warnings
 from hil_tests.reporting.html.facts import fact, table_of, words
 from hil_tests.reporting.html.subject import Subject
 from hil_tests.reporting.html.view import TestView, verdict_of
 from hil_tests.reporting.rows import OUTCOMES
 
 _TEMPLATES = "templates"
-_DEVICES = {
-    "virtual": "bundled model in virtual time",
-    "model": "bundled model in a process of its own",
-    "external": "external device",
-}
 
 
 def page(template: str, subject: Subject, **more: Any) -> str:
@@ -52,6 +48,8 @@ def _values(subject: Subject) -> dict[str, Any]:
     return {
         "subject": subject,
         "run": results.run,
+        "device": device_name(results.run),
+        "doubts": device_warnings(results.run),
         "results": results,
         "tests": tests,
         "tested": [each for each in subject.covered if each.outcome != UNTESTED],
@@ -105,12 +103,12 @@ def _environment() -> jinja2.Environment:
         "limits": _limits,
         "within": narrative.within_text,
         "moment": _moment,
-        "device": lambda kind: _DEVICES.get(kind, kind) if isinstance(kind, str) else kind,
     }
     environment.globals |= {
         "fact": fact,
         "words": words,
         "table_of": table_of,
+        "device_facts": device_facts,
         "show_at": narrative.show_at,
         "plain": narrative.plain,
         "histogram": plots.histogram,

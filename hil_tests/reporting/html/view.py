@@ -120,6 +120,7 @@ def _with_orphans(folder: Path, results: Results) -> Iterator[TestResult]:
     """The results, and the recordings that none of them names: of tests that never ended."""
     yield from results.results
     known = {result.trace.path for result in results.results if result.trace}
+    known.add(fact(results.run, "device", "identity", "trace"))
     broken_off = fact(results.under_way, "trace")
     for path in sorted((folder / "traces").glob("*.pcapng")):
         trace = path.relative_to(folder).as_posix()

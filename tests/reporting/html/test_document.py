@@ -176,6 +176,9 @@ def test_the_sample_is_what_this_version_makes_of_it(tmp_path: Path) -> None:
     assert [tag for tag, _ in page.elements] == [tag for tag, _ in kept.elements]
 
 
+IDENTITY = ("name", "hardware", "vendor_name", "product_name", "not_read", "from", "vendor")
+
+
 def test_hostile_texts_are_only_text(tmp_path: Path) -> None:
     """Markup in every field of the results adds no element, and is shown as it is."""
     head = dict.fromkeys(HEAD, HOSTILE) | {
@@ -183,7 +186,10 @@ def test_hostile_texts_are_only_text(tmp_path: Path) -> None:
         "options": {HOSTILE: {"value": HOSTILE, "source": HOSTILE}},
         "versions": {HOSTILE: HOSTILE},
         "bench": {"name": HOSTILE, "facilities": [HOSTILE]},
-        "device": dict.fromkeys(("kind", "node_id", "serial", "mutant"), HOSTILE)
+        "device": dict.fromkeys(
+            ("kind", "node_id", "serial", "serial_from", "firmware", "mutant"), HOSTILE
+        )
+        | {"identity": dict.fromkeys(IDENTITY, HOSTILE) | {"differs": [HOSTILE]}}
         | {"profile": {"name": HOSTILE, "kind": HOSTILE}, "eds": {"name": HOSTILE}},
         "bus": {"interface": HOSTILE, "channel": HOSTILE, "bit_rate": HOSTILE},
         "clock": {"text": HOSTILE, "doubt_ns": HOSTILE},
