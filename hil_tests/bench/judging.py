@@ -364,7 +364,10 @@ class JudgingBench(BenchCore):
             seen = self.first(matcher, last, settled + patience_ns + LOOK_ON_NS)
             if seen is None or self.when(seen).earliest > settled:
                 break
-            last = seen  # due before the effect, perhaps, and kept back by the bus or its host
+            # Due before the effect, perhaps, and kept back by the bus or its host. Or after it:
+            # then it is the one that was wanted, and the next one comes a period after it.
+            last = seen
+            effect = Interval(settled, max(settled, self.when(seen).latest))
         if seen is None:
             seen = self.expect(matcher, after=last, within=patience_ns, requirement=requirement)
         else:

@@ -14,7 +14,7 @@ from hil_tests.clock import MS, Interval, S
 from hil_tests.config import Parameters, load_keypad
 from hil_tests.judge import matchers
 from hil_tests.judge.cobs import Nmt, State
-from hil_tests.judge.verdict import DeviceFailure, Outcome
+from hil_tests.judge.verdict import DeviceFailure, InconclusiveResult, Outcome
 from hil_tests.trace import BusEvent, Sighting
 from node_model.frame import Frame
 
@@ -222,6 +222,23 @@ def test_state_shown_by_a_beat_kept_back(bench: KeypadBench, port: SlowPort, hos
     sent = bench.nmt(Nmt.STOP)
     assert sent.at == 250 * MS
     assert bench.shown_state(sent) is State.STOPPED
+
+
+def test_state_shown_by_beats_that_may_all_be_older(
+    bench: KeypadBench, port: SlowPort, host: Host
+) -> None:
+    """A key frame was kept back with them, and nobody knows which was due when: no FAIL."""
+    port.beat(200 * MS, 0x05)
+    bench.wait(250 * MS)
+    port.frame(418 * MS, Frame(0x185, b"\0"))
+    port.beat(419 * MS, 0x04)
+    port.beat(420 * MS, 0x04)
+    port.beat(500 * MS, 0x04)
+    host.pairs = [(250 * MS, 418 * MS), (300 * MS, 419 * MS), (400 * MS, 420 * MS)]
+    sent = bench.nmt(Nmt.STOP)
+    with pytest.raises(InconclusiveResult) as caught:
+        bench.shown_state(sent)
+    assert caught.value.verdict.measured == (80 * MS, 200 * MS)
 
 
 def test_row_of_a_stopped_host(bench: KeypadBench, port: SlowPort, host: Host) -> None:
