@@ -15,7 +15,7 @@ from hil_tests.bench.kinds import bench_for
 from hil_tests.errors import BenchError, ConfigError
 from hil_tests.reporting.rundir import RunDirectory
 from hil_tests.run import stash
-from hil_tests.run.capture import PytestCapture, say_past_capture
+from hil_tests.run.capture import PytestCapture, Ticker, ticker_of
 from hil_tests.run.ending import take_sigterm_as_interrupt
 from hil_tests.run.plan import VIRTUAL, Plan
 from hil_tests.run.progress import Progress
@@ -48,19 +48,17 @@ def start_run(config: pytest.Config) -> Run:
             command = [str(part) for part in config.invocation_params.args]
             run = _runs(plan)(plan, now, command, root)
         config.stash[stash.RUN] = run
-        run.progress = _progress(config, plan)
-        run.open(partial(open_bench, capture=PytestCapture(config)))
+        ticker = _ticker(config, plan)
+        run.progress = Progress(ticker) if ticker else None
+        run.open(partial(open_bench, capture=PytestCapture(config, ticker)))
     except ConfigError as error:
         raise pytest.UsageError(str(error)) from None
     return run
 
 
-def _progress(config: pytest.Config, plan: Plan) -> Progress | None:
-    """Who tells of tests that take long, where somebody waits for them in real time."""
-    say = say_past_capture(config)
-    if say is None or plan.virtual or plan.recording is not None:
-        return None
-    return Progress(say)
+def _ticker(config: pytest.Config, plan: Plan) -> Ticker | None:
+    """What shows that a test takes long, where somebody waits for it in real time."""
+    return None if plan.virtual or plan.recording is not None else ticker_of(config)
 
 
 def _runs(plan: Plan) -> type[Run]:

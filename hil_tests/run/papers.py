@@ -10,6 +10,9 @@ from pathlib import Path
 from hil_tests.errors import BenchError, ConfigError
 from hil_tests.reporting.files import replace_file
 
+MATRIX = "matrix.json"
+"""The table of faulty models, as `tox -e mutants` writes it."""
+
 
 def write(folder: Path, *, pdf: bool) -> str:
     """Write the papers of a run that has ended; where they are, or why there are none.
@@ -46,10 +49,17 @@ def make_again(folder: Path, *, pdf: bool = False, matrix: Path | None = None) -
         )
     try:
         if matrix is not None:
-            replace_file(folder / "matrix.json", matrix.read_bytes())
+            replace_file(folder / MATRIX, matrix.read_bytes())
         return _report(folder, pdf=pdf)
     except (BenchError, OSError) as error:
         raise ConfigError(str(error)) from error
+
+
+def _take_matrix(folder: Path) -> None:
+    """The table of faulty models that lies beside the runs, unless the run has one of its own."""
+    own, beside = folder / MATRIX, folder.absolute().parent / MATRIX
+    if beside.is_file() and not own.exists():
+        replace_file(own, beside.read_bytes())
 
 
 def _report(folder: Path, *, pdf: bool) -> Path:
@@ -58,4 +68,5 @@ def _report(folder: Path, *, pdf: bool) -> Path:
     from hil_tests.run.catalogue import mutants_by_requirement  # noqa: PLC0415
 
     write_junit(folder)
+    _take_matrix(folder)
     return write_report(folder, mutants_by_requirement(), pdf=pdf)

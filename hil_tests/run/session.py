@@ -178,6 +178,8 @@ class Run:
 
     def end(self, error: BaseException | None, claimed: str) -> BaseException | None:
         """A test's body has ended with `error`; what it ends with, monitors included."""
+        if self.progress is not None:
+            self.progress.end()
         bench = self._bench
         if bench is None or self.broken is not None:
             return error

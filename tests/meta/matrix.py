@@ -6,7 +6,8 @@
     python -m tests.meta.matrix --table FILE     nothing is run: an earlier table is judged again
 
 Every test runs on every model, in virtual time, strictly; see `proving` for how and `proof`
-for what is wrong. The table goes to `reports/<run>/matrix.json`.
+for what is wrong. The table goes to `reports/<run>/matrix.json`; that of every model of a kind
+also to `reports/matrix.json`, where the reports of later runs find it.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import time
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 from hil_tests.reporting.rundir import RunDirectory, replace_file
 from tests.meta.models import KINDS, Kind
@@ -100,6 +102,17 @@ def proofs_of(chosen: argparse.Namespace) -> Iterator[Proof]:
             yield run(collect(f"--can-profile={kind.name}"), names, chosen.workers)
 
 
+def keep_latest(path: Path, data: dict[str, Any]) -> None:
+    """Write the last whole table of each kind; one of another kind that is there stays."""
+    before = json.loads(path.read_text("utf-8")) if path.is_file() else {}
+    kinds = {each["kind"] for each in data["variants"].values()}
+    joined = dict(data)
+    for table in ("mutants", "variants", "tests"):
+        others = {k: v for k, v in before.get(table, {}).items() if v["kind"] not in kinds}
+        joined[table] = {**others, **data[table]}
+    replace_file(path, json.dumps(joined, indent=1).encode())
+
+
 def main(words: Sequence[str]) -> int:
     """Print the matrix, write it down; exit status 1 where something is wrong with the suite."""
     chosen = arguments(words)
@@ -119,6 +132,8 @@ def main(words: Sequence[str]) -> int:
         table = RunDirectory.create(chosen.reports, datetime.now(UTC)).path / "matrix.json"
         data = as_data(proofs, wrong, seconds)
         replace_file(table, json.dumps(data, indent=1).encode())
+        if not chosen.names:
+            keep_latest(chosen.reports / table.name, data)
     for line in wrong:
         print(line)  # noqa: T201
     count = sum(len(proof.killers) + len(proof.harmed) for proof in proofs)

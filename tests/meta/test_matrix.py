@@ -17,7 +17,7 @@ import pytest
 
 from hil_tests.requirements import Kind, load
 from node_model.faults import MUTANTS
-from tests.meta.matrix import DOCS
+from tests.meta.matrix import DOCS, keep_latest
 from tests.meta.models import KINDS
 from tests.meta.proof import Listed, Proof, blames, load_listed, problems, without_mutant
 from tests.meta.proving import ROOT, Finding, Result, Trial
@@ -268,3 +268,19 @@ def test_the_page_lists_every_variant_and_what_allows_it(kind: str) -> None:
     listed = [(cells[0].strip("`"), cells[1], cells[2]) for cells in rows(kind, "variants")]
     variants = KINDS[kind].variants.values()
     assert listed == [(v.name, v.text, v.allowed_by) for v in variants]
+
+
+def test_the_last_whole_table_of_each_kind_is_kept(tmp_path: Path) -> None:
+    """A run of one kind replaces its models, and leaves those of the other."""
+
+    def table(kind: str, *names: str) -> dict[str, Any]:
+        models = {name: {"kind": kind} for name in names}
+        return {"mutants": models, "variants": {kind: {"kind": kind}}, "tests": {}}
+
+    path = tmp_path / "matrix.json"
+    keep_latest(path, table("keypad", "a", "b"))
+    keep_latest(path, table("drive", "c"))
+    keep_latest(path, table("keypad", "a"))
+    kept = json.loads(path.read_text("utf-8"))
+    assert sorted(kept["mutants"]) == ["a", "c"]
+    assert sorted(kept["variants"]) == ["drive", "keypad"]

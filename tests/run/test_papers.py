@@ -85,3 +85,22 @@ def test_a_report_that_fails_is_said(tmp_path: Path) -> None:
     said = papers.write(tmp_path / "nowhere", pdf=False)
     assert said.startswith("NO REPORT (RecordUnreadable: ")
     assert f"nodeproof report {tmp_path / 'nowhere'}" in said
+
+
+def model(kind: str, *killers: str) -> dict[str, object]:
+    """A faulty model in a table."""
+    return {"kind": kind, "text": "f", "violates": ["NMT-02"], "killed_by": list(killers)}
+
+
+def test_a_table_beside_the_runs_is_taken_in(tmp_path: Path) -> None:
+    """`tox -e mutants` leaves it there; models of another kind of device are not shown."""
+    run = make_run(tmp_path / "run", result(1, passed()))
+    mutants = {"of-a-keypad": model("keypad", "t::a"), "of-a-drive": model("drive")}
+    (tmp_path / "matrix.json").write_text(json.dumps({"mutants": mutants}), "utf-8")
+    papers.write(run, pdf=False)
+    shown = (run / "report.html").read_text("utf-8")
+    assert "of-a-keypad" in shown
+    assert "of-a-drive" not in shown
+    (tmp_path / "matrix.json").write_text('{"mutants": {}}', "utf-8")
+    papers.write(run, pdf=False)
+    assert "of-a-keypad" in (run / "report.html").read_text("utf-8"), "a run keeps what it has"

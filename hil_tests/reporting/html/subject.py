@@ -11,13 +11,15 @@ from typing import Any
 from hil_tests.reporting.html.artefacts import Artefact, artefacts_of
 from hil_tests.reporting.html.coverage import Covered, cover, proofs_of
 from hil_tests.reporting.html.embed import embed
-from hil_tests.reporting.html.facts import fact
+from hil_tests.reporting.html.facts import fact, table_of
 from hil_tests.reporting.html.view import Teller, TestView, views_of
 from hil_tests.reporting.results_reader import RESULTS, Results, load_results
 
 REPORT = "report.html"
 CERTIFICATE = "certificate.pdf"
 _MATRIX = "matrix.json"
+_PROVED_BY = {"generic": "drive"}
+"""A device of any EDS is judged by tests that faulty drives have proved."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,9 +61,24 @@ def read_run(folder: Path, aimed: Mapping[str, Iterable[str]]) -> Subject:
     tests = views_of(folder, results, tell)
     embed(tests, tell)
     matrix, notes = _matrix(folder)
+    matrix = _of_kind(matrix, str(kind))
     covered = cover(results, proofs_of(aimed, matrix))
     files = artefacts_of(folder, without={REPORT, CERTIFICATE})
     return Subject(folder, results, tests, covered, matrix, files, notes)
+
+
+def _of_kind(matrix: Mapping[str, Any], kind: str) -> Mapping[str, Any]:
+    """The models of one kind of device; of a table that does not say, all."""
+    chosen = dict(matrix)
+    for table in ("mutants", "variants"):
+        models = table_of(matrix, table)
+        if table in matrix:
+            chosen[table] = {
+                name: model
+                for name, model in models.items()
+                if (fact(model, "kind") or kind) in {kind, _PROVED_BY.get(kind)}
+            }
+    return chosen
 
 
 def _matrix(folder: Path) -> tuple[Mapping[str, Any], list[str]]:
