@@ -38,7 +38,11 @@ class Agenda:
         self.row = row
         self.alone = [service.alone for service in row]
         self._deadlines = [service.deadline for service in row]
-        self._timed = [place for place, service in enumerate(row) if has_deadlines(service)]
+        self._timed = [
+            (place, service.deadline)
+            for place, service in enumerate(row)
+            if has_deadlines(service)
+        ]
         self._advances = [service.advance for service in row]
         self._dues = [NEVER] * len(row)
         self.due = NEVER
@@ -93,9 +97,9 @@ class Agenda:
         self.moved = False
         if self._stirred:
             self._stirred = False
-            dues, deadlines = self._dues, self._deadlines
-            for place in self._timed:
-                due = deadlines[place]()
+            dues = self._dues
+            for place, deadline in self._timed:
+                due = deadline()
                 dues[place] = NEVER if due is None else due
             self.due = min(dues, default=NEVER)
         return bool(self._unasked) and self._ask_what_they_hear()

@@ -16,6 +16,7 @@ from node_model.guarding import LIFE_GUARD_ERROR
 from node_model.heartbeat import HEARTBEAT_BASE
 from node_model.node import MS, NOTHING, Frames, earliest
 from node_model.od import AbortCode, ObjectDictionary, SdoAbort
+from node_model.od.dictionary import key_of
 from node_model.service import ErrorHandler, Fault, QuietService
 
 CONSUMER_TIME = 0x1016
@@ -60,7 +61,8 @@ class HeartbeatConsumer(QuietService):
     def __init__(self, od: ObjectDictionary, errors: ErrorHandler) -> None:
         self._od = od
         self._errors = errors
-        self._subs = [sub for sub in range(1, 128) if od.has(CONSUMER_TIME, sub)]
+        first = key_of(CONSUMER_TIME, 0)
+        self._subs = [sub for sub in range(1, 128) if first + sub in od.entries]
         self._watches: dict[int, Watch] = {}
         self._due: int | None = None
         self._healed: list[tuple[int, str]] = []

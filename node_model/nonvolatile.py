@@ -24,6 +24,8 @@ ERROR_FIELD = 0x1003
 STORE = 0x1010
 RESTORE = 0x1011
 VERIFY = 0x1020
+_ACTIONS = frozenset((ERROR_FIELD, STORE, RESTORE))
+"""What is written to them is no value."""
 SIGNATURES = {STORE: b"save", RESTORE: b"load"}
 ON_COMMAND = 0x1
 """Bit 0 of what a client reads: parameters are stored, or restored, on command."""
@@ -44,9 +46,10 @@ HEADER_BYTES = 5
 
 def is_parameter(entry: Entry) -> bool:
     """Whether an entry is worth storing: written and read by clients, and no process data."""
-    if entry.index in {ERROR_FIELD, STORE, RESTORE} or entry.pdo:
+    if entry.pdo or entry.index in _ACTIONS:
         return False
-    return entry.access.writable and entry.access.readable and most_bytes(entry) > 0
+    access = entry.access
+    return access.writable and access.readable and most_bytes(entry) > 0
 
 
 def most_bytes(entry: Entry) -> int:

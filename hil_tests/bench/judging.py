@@ -317,9 +317,9 @@ class JudgingBench(BenchCore):
         give_up_at = self.now() + SEND_PATIENCE_NS
         while True:
             while index < len(self.trace):
-                sighting = self.trace.frame(index)
-                if sighting.own and sighting.frame == frame:
-                    return self.seen(index)
+                seen = self.seen(index)
+                if seen.own and seen.frame == frame:
+                    return seen
                 index += 1
             if not self.pump(give_up_at) and self.now() >= give_up_at:
                 self._not_acknowledged(frame, requirement)

@@ -67,6 +67,7 @@ class Sdo:
     ) -> None:
         self.bench = self._bench = bench
         self._within_ns = within_ns
+        self._in_time = Limits(at_most_ns=within_ns)
         self._request_id = request_id
         self._answer_id = answer_id
 
@@ -225,7 +226,7 @@ class Sdo:
             rule = OPERATIONAL if self._never_served_in_operational() else requirement
             return bench.expect(matcher, after=request, within=within, requirement=rule)
         # Segments of a block follow each other: what counts is the end of the one before.
-        measured, limits = bench.when(answer).since(exactly(request.at)), Limits(at_most_ns=within)
+        measured, limits = bench.when(answer).since(exactly(request.at)), self._in_time
         if limits.check(measured) is not Outcome.PASS:
             text = f"SDO answer {answer.frame} after {request.frame}"
             ended = exactly(request.at)
