@@ -267,20 +267,32 @@ class Sdo:
         return self._bench.send(Frame(self.request_id, data))
 
     def silence(self, data: bytes, *, requirement: str = "") -> None:
-        """Send one request that must not be answered."""
+        """Send one request that must not be answered.
+
+        A server has no other reason to send, so one that answers at once is no doubtful case.
+        """
         sent = self.post(data)
-        within = self._within_ns + LOOK_ON_NS
-        matcher = matchers.cob(self.answer_id, "SDO answer")
-        self._bench.never(matcher, after=sent, for_ns=within, requirement=requirement)
+        answer = self._first(sent, self._within_ns + LOOK_ON_NS)
+        told = answer.frame if answer else "nothing"
+        text = f"{sent.frame} is not answered; {told} came"
+        self._bench.check(answer is None, text, requirement=requirement, since=sent)
 
     def abort(self, index: int, sub: int, code: int = UNKNOWN_COMMAND) -> Seen:
         """End a transfer from our side; a server does not answer that."""
         return self.post(sdo_frames.abort(index, sub, code))
 
-    def repeat(self, make: Callable[[int], Transfer], count: int) -> list[bytes | Abort]:
-        """Many transfers, one after the other, with one verdict for all of them."""
+    def repeat(
+        self, make: Callable[[int], Transfer], count: int, requirement: str = NO_ANSWER
+    ) -> list[bytes | Abort]:
+        """Many transfers, one after the other, with one verdict for all of them.
+
+        Args:
+            make: the transfer of each turn.
+            count: of turns.
+            requirement: which says that there must be an answer.
+        """
         began_at = self._bench.now()
-        outcomes = [self.run(make(turn)) for turn in range(count)]
+        outcomes = [self.run(make(turn), requirement) for turn in range(count)]
         took = show_span(self._bench.now() - began_at)
         self._bench.check(True, f"{count} SDO transfers were answered in {took}")
         return outcomes

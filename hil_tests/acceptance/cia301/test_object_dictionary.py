@@ -76,14 +76,16 @@ def test_nobody_writes_the_device_type(bench: Cia301Bench, sdo: Sdo) -> None:
 
 @pytest.mark.requirement("C-OD-02")
 def test_the_error_register_is_one_byte_in_order(bench: Cia301Bench, sdo: Sdo) -> None:
-    """Bit 6 is 0, bit 0 is set with every other, and nobody writes it."""
+    """In both states: bit 6 is 0, bit 0 is set with every other, and nobody writes it."""
     bench.start()
-    data = sdo.read(ERROR_REGISTER)
-    bench.check(len(data) == 1, f"1001h is one byte; it was {data.hex()}")
-    register = data[0]
-    bench.check(not register & RESERVED_BIT, f"bit 6 of 1001h is 0; it is {register:02X}h")
-    complete = not register or bool(register & GENERIC)
-    bench.check(complete, f"bit 0 of 1001h is set with every other; it is {register:02X}h")
+    for state in (State.PRE_OPERATIONAL, State.OPERATIONAL):
+        go(bench, state)
+        data = sdo.read(ERROR_REGISTER)
+        bench.check(len(data) == 1, f"1001h is one byte; it was {data.hex()}")
+        register = data[0]
+        bench.check(not register & RESERVED_BIT, f"bit 6 of 1001h is 0; it is {register:02X}h")
+        complete = not register or bool(register & GENERIC)
+        bench.check(complete, f"bit 0 of 1001h is set with every other; it is {register:02X}h")
     refused(bench, sdo.try_write(ERROR_REGISTER, 0, b"\x00"), "a write to 1001h:00", "C-OD-04")
 
 

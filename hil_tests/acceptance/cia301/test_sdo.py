@@ -249,10 +249,13 @@ def test_a_new_transfer_takes_the_place_of_another(
 def test_an_abort_of_the_client_is_not_answered(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet
 ) -> None:
-    """In the middle of a transfer and without one; afterwards the server serves."""
+    """In the middle of a transfer, which it ends, and without one; then the server serves."""
     bench.start()
     index = begin_reading_segments(bench, sdo, sheet)
     sdo.silence(sdo_frames.abort(index, 0, 0x0800_0000))
+    segment = sdo.offer(sdo_frames.read_segment(0))
+    text = f"no segment comes after the abort; {(segment or b'').hex(' ')} did"
+    bench.check(segment is None or segment[0] == 0x80, text)
     sdo.silence(sdo_frames.abort(index, 0, 0x0800_0000))
     sdo.serves("C-SD-08")
 
@@ -342,7 +345,8 @@ MANY = 2_000
 def test_no_answer_is_lost(bench: Cia301Bench, sdo: Sdo) -> None:
     """Thousands of reads, one after the other, each with its answer."""
     bench.start()
-    outcomes = sdo.repeat(lambda _: Upload(DEVICE_TYPE, 0), MANY if bench.stage.virtual else 200)
+    count = MANY if bench.stage.virtual else 200
+    outcomes = sdo.repeat(lambda _: Upload(DEVICE_TYPE, 0), count, "C-RB-09")
     text = "every read gives the same device type"
     bench.check(len(set(map(str, outcomes))) == 1, text)
 

@@ -54,10 +54,12 @@ def prepared(
         answer = sdo.ask(sdo_frames.block_read(one.index, one.sub))
         has_blocks(answer, 0xC0, "read")
         sdo.abort(one.index, one.sub)
+        sdo.serves("C-SD-08")
     if writes:
         answer = sdo.ask(sdo_frames.block_write(one.index, one.sub, len(data)))
         has_blocks(answer, 0xA0, "write")
         sdo.abort(one.index, one.sub)
+        sdo.serves("C-SD-08")
     return one
 
 
@@ -194,6 +196,19 @@ def test_a_sequence_number_that_was_not_is_refused(
     answer = sdo.ask(sdo_frames.block_read_acknowledge(5, 4), "C-SD-12")
     code = number(answer[4:])
     text = f"a number that was not is refused with {accepted.SEQUENCE}"
+    told = f"{text}; the answer was {answer.hex(' ')}"
+    bench.check(answer[0] == 0x80 and code in accepted.SEQUENCE, told)
+    sdo.serves("C-SD-08")
+
+
+@pytest.mark.requirement("C-SD-12")
+def test_a_segment_without_a_number_is_refused(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+    """Segments are numbered from 1: one with the number 0 is none of a block write."""
+    one = prepared(bench, sdo, sheet, reads=False)
+    sdo.ask(sdo_frames.block_write(one.index, one.sub, 14))
+    answer = sdo.ask(b"\x001234567", "C-SD-12")
+    code = number(answer[4:])
+    text = f"a segment with the number 0 is refused with {accepted.SEQUENCE}"
     told = f"{text}; the answer was {answer.hex(' ')}"
     bench.check(answer[0] == 0x80 and code in accepted.SEQUENCE, told)
     sdo.serves("C-SD-08")

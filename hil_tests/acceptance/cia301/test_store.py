@@ -103,6 +103,17 @@ def test_what_it_can_store_and_restore_is_told(
         bench.check(not value & ~bits, text)
 
 
+@pytest.mark.requirement("C-ST-01", "C-ST-02")
+def test_storing_leaves_what_it_can_as_it_was(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+    """1010h:01 reads the same before and after a "save": the signature is not kept."""
+    storing(bench, sheet)
+    bench.start()
+    before = sdo.number(STORE, ALL)
+    order(bench, sdo, STORE, ALL, SAVE)
+    after = sdo.number(STORE, ALL)
+    bench.check(after == before, f"1010h:01 is still {before:08X}h; it is {after:08X}h")
+
+
 @pytest.mark.requirement("C-ST-02", "C-ST-04")
 @pytest.mark.parametrize("signature", WRONG, ids=[data.hex() for data in WRONG])
 def test_a_wrong_signature_stores_nothing(

@@ -98,7 +98,7 @@ class EmergencyBeforeBootUp(Wrong, Drive):
 class EndOfErrorIsSilent(Wrong, EmergencyProducer):
     """When the last error goes nothing is sent."""
 
-    violates = ("EM-06", "C-EM-04")
+    violates = ("EM-06", "C-EM-04", "C-HBC-08", "C-NG-08", "EC-02")
 
     def tells_end(self, register: int) -> bool:
         return False
@@ -119,7 +119,7 @@ class OneHealedErrorEndsAll(Wrong, EmergencyProducer):
 class EndOfErrorKeepsTheCode(Wrong, EmergencyProducer):
     """The end of the last error is told with the code FF00h instead of 0000h."""
 
-    violates = ("EM-06", "C-EM-04")
+    violates = ("EM-06", "C-EM-04", "C-HBC-08", "C-NG-08", "EC-02")
 
     def _tell(self, data: bytes, now: int) -> None:
         super()._tell(data if any(data[:2]) else b"\x00\xff" + data[2:], now)
@@ -190,7 +190,7 @@ class WithoutEmergencyNoRegister(Wrong, EmergencyProducer):
 class EmergencyIdentifierChangesInUse(Wrong, EmergencyProducer):
     """The identifier in 1014h can be changed while it is valid, and to a restricted one."""
 
-    violates = ("C-EM-14",)
+    violates = ("C-EM-14", "EM-07")
 
     def _guard_cob_id(self, sub: int, data: bytes) -> None:
         pass
@@ -199,7 +199,7 @@ class EmergencyIdentifierChangesInUse(Wrong, EmergencyProducer):
 class EmergencyTooLate(Wrong, EmergencyProducer):
     """An emergency is sent 60 ms after its error."""
 
-    violates = ("EM-01",)
+    violates = ("EM-01", "C-HBC-06", "C-NG-07")
 
     def _tell(self, data: bytes, now: int) -> None:
         super()._tell(data, now)

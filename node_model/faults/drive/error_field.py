@@ -41,7 +41,7 @@ class RegisterBitsShifted(Wrong, EmergencyProducer):
 class RegisterKeepsItsBits(Wrong, EmergencyProducer):
     """A bit of the error register that was once set stays."""
 
-    violates = ("EM-06", "C-EM-04")
+    violates = ("EM-06", "C-EM-04", "C-HBC-08", "C-NG-08", "EC-02")
 
     kept = 0
 
@@ -174,7 +174,7 @@ class ClearingTheFieldHeals(Wrong, EmergencyProducer):
 class EmptyFieldReadsZero(Wrong, EmergencyProducer):
     """Entry 1 of an empty error field can be read, as 0."""
 
-    violates = ("C-EM-11",)
+    violates = ("C-EM-11", "EM-05")
 
     def _guard_field_reading(self, sub: int) -> None:
         pass

@@ -127,7 +127,7 @@ class LifeGuardingIsMissing(Fault, NodeGuarding):
 class LifeTimeWithoutFactor(Fault, NodeGuarding):
     """The life time is the guard time alone."""
 
-    violates = ("EC-02", "C-NG-01", "C-NG-07")
+    violates = ("EC-02", "C-NG-01", "C-NG-07", "C-NG-11")
 
     def life_ns(self) -> int:
         return super().life_ns() // (self._od.number(LIFE_TIME_FACTOR) or 1)
@@ -136,7 +136,7 @@ class LifeTimeWithoutFactor(Fault, NodeGuarding):
 class LifeTimeTooLong(Fault, NodeGuarding):
     """The life time is half as long again as it should be."""
 
-    violates = ("EC-02", "C-NG-07", "C-NG-01")
+    violates = ("EC-02", "C-NG-07", "C-NG-01", "C-NG-11")
 
     def life_ns(self) -> int:
         return super().life_ns() * 3 // 2
@@ -155,7 +155,7 @@ class LifeGuardingNeverRecovers(Fault, NodeGuarding):
 class LifeTimeOfTheStart(Fault, NodeGuarding):
     """Guard time and life time factor that are written at run time have no effect."""
 
-    violates = ("EC-02", "C-NG-11")
+    violates = ("EC-02", "C-NG-11", "C-NG-06")
 
     def start(self, now: int) -> Frames:
         self.kept = super().life_ns()

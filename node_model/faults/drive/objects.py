@@ -29,7 +29,7 @@ class ReadOnlyIsAcknowledged(Fault, Channel):
 class ReadOnlyIsWritten(Fault, Channel):
     """A refused write to a read-only object changes it all the same."""
 
-    violates = ("C-OD-13", "C-OD-05")
+    violates = ("C-OD-13", "C-OD-05", "C-OD-01")
 
     def start_download(self, data: bytes, now: int) -> Frames:
         try:
@@ -57,7 +57,7 @@ class WriteOnlyIsRead(Fault, Channel):
 class UnknownObjectIsZero(Fault, Channel):
     """Reading an object that does not exist gives 0."""
 
-    violates = ("C-OD-07",)
+    violates = ("C-OD-07", "C-OD-16")
 
     def start_upload(self, data: bytes, now: int) -> Frames:
         if place_of(data)[0] not in self.od:
@@ -80,7 +80,7 @@ class UnknownSubIndexIsTheFirst(Fault, Channel):
 class UnknownObjectAbortsWrongly(Fault, Channel):
     """An object that does not exist is refused as a read-only one."""
 
-    violates = ("C-OD-07",)
+    violates = ("C-OD-07", "C-OD-16", "C-PC-07")
 
     def refuse(self, multiplexer: bytes, code: AbortCode) -> Frames:
         wrong = code is AbortCode.NO_OBJECT

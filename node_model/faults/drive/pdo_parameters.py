@@ -27,7 +27,7 @@ class PdoIdentifierChangesInUse(Fault, PdoParameters):
 class PdoIdentifierIsNotChecked(Fault, PdoParameters):
     """A PDO can have a restricted identifier, or one of 29 bits."""
 
-    violates = ("C-PC-02", "C-PC-03")
+    violates = ("C-PC-02", "C-PC-03", "C-PC-01")
 
     def check_cob_id(self, new: int) -> None:
         super().check_cob_id(new & 0xC000_0000 | self.can_id() or 0x181)
@@ -36,7 +36,7 @@ class PdoIdentifierIsNotChecked(Fault, PdoParameters):
 class PdoTypeIsNotChecked(Fault, PdoParameters):
     """A PDO can have a reserved transmission type."""
 
-    violates = ("C-TP-06",)
+    violates = ("C-TP-06", "SYN-06")
 
     def check_type(self, new: int) -> None:
         pass
@@ -63,7 +63,7 @@ class PdoStartValueIsNotChecked(Fault, PdoParameters):
 class PdoMappingChangesInUse(Fault, PdoParameters):
     """The number of mapped objects can be changed while the PDO is valid."""
 
-    violates = ("C-PC-05",)
+    violates = ("C-PC-05", "C-PC-06")
 
     def _guard_mapping(self, sub: int, data: bytes) -> None:
         if sub:
@@ -92,7 +92,7 @@ class PdoMappingIsNotCounted(Fault, PdoParameters):
 class PdoMapsAnything(Fault, PdoParameters):
     """An object that does not exist or cannot be mapped can be written into a mapping."""
 
-    violates = ("C-PC-07", "C-PC-08")
+    violates = ("C-PC-07", "C-PC-08", "C-PC-06")
 
     def check_entry(self, value: int) -> None:
         pass

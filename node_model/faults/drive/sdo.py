@@ -44,7 +44,7 @@ class SdoAnswerOfFourBytes(Fault, Channel):
 class SdoUploadAlwaysFourBytes(Fault, Channel):
     """An expedited upload tells four bytes whatever the size of the object."""
 
-    violates = ("C-SD-02",)
+    violates = ("C-SD-02", "C-OD-04")
 
     def start_upload(self, data: bytes, now: int) -> Frames:
         (answer,) = super().start_upload(data, now)
@@ -56,7 +56,7 @@ class SdoUploadAlwaysFourBytes(Fault, Channel):
 class SdoDownloadAlwaysFourBytes(Fault, Channel):
     """The size that an expedited download tells is not looked at."""
 
-    violates = ("C-SD-03", "C-OD-11")
+    violates = ("C-SD-03", "C-OD-11", "C-OD-12", "C-SD-15", "C-SD-16")
 
     def start_download(self, data: bytes, now: int) -> Frames:
         if data[0] & 3 == 3:
@@ -87,23 +87,10 @@ class SdoLastSegmentIsFull(Fault, Upload):
         return bytes((answer[0] & ~0x0E,)) + answer[1:]
 
 
-class SdoLastFullSegmentGoesOn(Fault, Upload):
-    """An upload whose last segment is full goes on with an empty one."""
-
-    violates = ("C-SD-04", "C-SD-15")
-
-    def segment(self, data: bytes) -> bytes:
-        answer = super().segment(data)
-        if self.done and len(data) == 7:
-            self.done = False
-            return bytes((answer[0] & ~1,)) + answer[1:]
-        return answer
-
-
 class SdoNoShortSegmentedDownload(Fault, Channel):
     """A segmented download of four bytes or less is refused."""
 
-    violates = ("C-SD-05",)
+    violates = ("C-SD-05", "C-OD-04")
 
     def start_download(self, data: bytes, now: int) -> Frames:
         if data[0] & 3 == 1 and int.from_bytes(data[4:], "little") <= 4:
@@ -207,7 +194,7 @@ class SdoLosesTheTail(Fault, Inlet):
 class SdoStopsAfterManyRequests(Fault, Channel):
     """Every hundredth request is not answered."""
 
-    violates = ("C-RB-09",)
+    violates = ("C-RB-09", "C-SD-01")
 
     requests = 0
 
@@ -224,7 +211,6 @@ FAULTS: tuple[type[Fault], ...] = (
     SdoDownloadAlwaysFourBytes,
     SdoSegmentsTellWrongSize,
     SdoLastSegmentIsFull,
-    SdoLastFullSegmentGoesOn,
     SdoNoShortSegmentedDownload,
     SdoDownloadToggleIgnored,
     SdoUploadToggleIgnored,

@@ -91,7 +91,7 @@ class BlockCrcOfZero(Fault, BlockUpload):
 class BlockTailNotTold(Fault, BlockUpload):
     """The end of a block upload does not tell how many of the last bytes count."""
 
-    violates = ("C-SD-15", "C-SD-16")
+    violates = ("C-SD-15", "C-SD-16", "C-SD-10")
 
     def end(self) -> bytes:
         answer = super().end()

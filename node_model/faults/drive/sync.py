@@ -119,7 +119,7 @@ class SyncOfAnyLength(Fault, SyncService):
 class SyncCounterFromZero(Fault, SyncService):
     """The counter of the SYNCs that it produces begins at 0."""
 
-    violates = ("C-SY-04",)
+    violates = ("C-SY-04", "C-SY-09")
 
     def first_counter(self) -> int:
         return 0

@@ -27,7 +27,7 @@ class TpdoOfTheLastSync(Fault, Tpdo):
 class TpdoLongAfterSync(Fault, PdoService):
     """A synchronous TPDO is sent 4 ms after the SYNC."""
 
-    violates = ("SYN-02",)
+    violates = ("SYN-02", "C-TP-04")
 
     def sample(self, counter: int | None, now: int) -> list[tuple[int, Frame]]:
         return [(due + 4 * MS, frame) for due, frame in super().sample(counter, now)]
@@ -123,7 +123,7 @@ class TpdoWithoutEventTimer(Fault, Tpdo):
 class TpdoEventTimerNotRestarted(Fault, Tpdo):
     """A TPDO that an event causes does not restart the event timer."""
 
-    violates = ("C-TP-08",)
+    violates = ("C-TP-08", "SYN-06")
 
     def _arm(self, now: int) -> None:
         if self._timer_at is None or self._timer_at <= now:
@@ -197,7 +197,7 @@ class TpdoKeepsFirstValue(Fault, Tpdo):
 class TpdoStartValueIgnored(Fault, Tpdo):
     """A SYNC start value does not matter."""
 
-    violates = ("C-TP-11",)
+    violates = ("C-TP-11", "SYN-06")
 
     def counts(self, counter: int | None) -> bool:
         self._waits = False

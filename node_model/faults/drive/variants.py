@@ -18,6 +18,7 @@ from node_model.od import AbortCode, SdoAbort
 from node_model.pdo import PdoService, Tpdo
 from node_model.pdo.parameters import PdoParameters
 from node_model.sdo import Channel
+from node_model.sdo.transfer import Upload
 from node_model.sync import SyncService
 
 
@@ -133,6 +134,19 @@ class FillsUpShortRequests(Deviation, Channel):
     def receive(self, frame: Frame, now: int) -> Frames:
         data = frame.data.ljust(8, b"\0") if frame.data else frame.data
         return super().receive(Frame(frame.can_id, data), now)
+
+
+class EndsWithAnEmptySegment(Deviation, Upload):
+    """An upload whose last segment is full goes on with an empty one."""
+
+    allowed_by = "C-SD-04"
+
+    def segment(self, data: bytes) -> bytes:
+        answer = super().segment(data)
+        if self.done and len(data) == 7:
+            self.done = False
+            return bytes((answer[0] & ~1,)) + answer[1:]
+        return answer
 
 
 class NeverGivesUpATransfer(Deviation, Channel):
@@ -259,6 +273,7 @@ DEVIATIONS: tuple[type[Deviation], ...] = (
     BootsInAlmostASecond,
     RefusesUnsizedDownloads,
     FillsUpShortRequests,
+    EndsWithAnEmptySegment,
     NeverGivesUpATransfer,
     TakesTimeForSdoAnswers,
     CallsUnknownCommandsAGeneralError,
