@@ -249,7 +249,7 @@ def rows(kind: str, section: str) -> list[list[str]]:
     return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines]
 
 
-PAGES = ("keypad",)
+PAGES = ("keypad", "drive")
 """Kinds whose page is written."""
 
 

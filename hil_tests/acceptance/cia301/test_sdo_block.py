@@ -206,11 +206,11 @@ def test_a_segment_without_a_number_is_refused(bench: Cia301Bench, sdo: Sdo, she
     """Segments are numbered from 1: one with the number 0 is none of a block write."""
     one = prepared(bench, sdo, sheet, reads=False)
     sdo.ask(sdo_frames.block_write(one.index, one.sub, 14))
-    answer = sdo.ask(b"\x001234567", "C-SD-12")
+    answer = sdo.offer(b"\x001234567") or b""
     code = number(answer[4:])
     text = f"a segment with the number 0 is refused with {accepted.SEQUENCE}"
-    told = f"{text}; the answer was {answer.hex(' ')}"
-    bench.check(answer[0] == 0x80 and code in accepted.SEQUENCE, told)
+    told = f"{text}; the answer was {answer.hex(' ') or 'none'}"
+    bench.check(answer[:1] == b"\x80" and code in accepted.SEQUENCE, told)
     sdo.serves("C-SD-08")
 
 

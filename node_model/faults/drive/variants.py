@@ -85,7 +85,7 @@ class TakesItsTimeForEmergencies(Deviation, Delay):
     span_ns = 15 * MS
 
     def picks(self, frame: Frame) -> bool:
-        return frame.can_id & 0x780 == 0x080
+        return 0x080 < frame.can_id < 0x100
 
 
 class KeepsHeartbeatTimeOverResetCommunication(Deviation, Drive):
