@@ -112,6 +112,10 @@ def _error_control() -> Iterator[Script]:
     yield script(poll, *guarded, poll, poll, poll, nmt(1), poll, nmt(2), poll, remote(0x706))
     yield script(*guarded, None, wait_ns=45 * MS)
     yield script(*guarded, OPERATIONAL, poll, None, None, None, None, poll, wait_ns=18 * MS)
+    yield script(*guarded[:2], write(0x100D, 0, 0, 1), poll, None, wait_ns=30 * MS)
+    asleep = (write(0x1029, 1, 0, 1), *guarded, nmt(2), poll, None, poll)
+    yield script(*asleep, wait_ns=45 * MS)
+    yield (*script(write(0x1016, 1, 0x09_0000, 4), frame(0x709, 5)), Step(1100 * MS, None))
     yield script(*guarded, poll, nmt(0x82), None, *guarded, poll, poll, wait_ns=12 * MS)
     beat, boot_up = frame(0x709, 5), frame(0x709, 0)
     watch = (write(0x1016, 1, 0x09_0014, 4), write(0x1016, 2, 0x0A_001E, 4))
@@ -129,6 +133,7 @@ def _emergencies() -> Iterator[Script]:
     many = [errors("undervoltage") if n % 2 else errors() for n in range(20)]
     yield script(*many, read(0x1003), read(0x1003, 8), write(0x1003, 0, 0, 1), *looks)
     yield script(one, write(0x1003, 0, 1, 1), *looks, write(0x1003, 0, 0, 1), *looks, errors())
+    yield script(read(0x1014), nmt(2), nmt(0x80), one)
     yield script(nmt(2), one, None, nmt(0x80), errors(), nmt(1), one, wait_ns=20 * MS)
     yield script(write(0x1015, 0, 200, 2), one, two, errors("encoder"), errors())
     yield script(write(0x1014, 0, 0x8000_0085, 4), one, *looks, write(0x1014, 0, 0x99, 4), two)

@@ -49,6 +49,20 @@ def messages_after(bench: Cia301Bench, moment: Moment) -> list[Seen]:
     return bench.collect(emcy(bench), after=moment, until=until)
 
 
+def nothing_told(
+    bench: Cia301Bench, since: Seen | Moment | int, span_ns: int, requirement: str = ""
+) -> None:
+    """No emergency message for a while, not even at once.
+
+    Whatever was to be told of what came before has been told.
+    """
+    until = bench.now() + span_ns
+    bench.wait_until(until)
+    found = [str(seen.frame) for seen in bench.collect(emcy(bench), after=since, until=until)]
+    text = f"no emergency message; there was {found[:3]}"
+    bench.check(not found, text, requirement=requirement)
+
+
 def change(bench: Cia301Bench, sdo: Sdo, faults: Faults, active: frozenset[str]) -> Moment:
     """From now on exactly these errors exist; register and messages are as they must be.
 

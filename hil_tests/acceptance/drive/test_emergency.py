@@ -17,6 +17,7 @@ from hil_tests.acceptance.drive.error_steps import (
     expect_register,
     field,
     messages_after,
+    nothing_told,
     one_class,
     register,
     shown,
@@ -115,7 +116,7 @@ def test_an_sdo_error_is_no_emergency(
     bench.start(QUICK)
     before, entries = register(sdo), count_of(sdo)
     sent = sdo.post(request_.ljust(8, b"\0"))
-    bench.never(emcy(bench), after=sent, for_ns=500 * MS)
+    nothing_told(bench, sent, 500 * MS)
     found = register(sdo)
     bench.check(found == before, f"1001h stays {before:02X}h after a {what}; it is {found:02X}h")
     found = count_of(sdo)
@@ -130,7 +131,7 @@ def test_an_sdo_error_in_operational_is_no_emergency(bench: Cia301Bench, sdo: Sd
     for _ in range(20):
         for _, request in REFUSED:
             sdo.offer(request.ljust(8, b"\0"))
-    bench.never(emcy(bench), after=began_at, for_ns=bench.now() - began_at + 500 * MS)
+    nothing_told(bench, began_at, 500 * MS)
 
 
 @pytest.mark.requirement("EM-03")
@@ -201,8 +202,8 @@ def test_the_end_of_all_errors_is_told(bench: Cia301Bench, sdo: Sdo, faults: Fau
 def test_nothing_ends_that_was_not_there(bench: Cia301Bench, faults: Faults) -> None:
     """Without an error there is no message of its end: not after a start, not later."""
     boot = bench.start(QUICK)
-    moment = faults.heal()
-    bench.never(emcy(bench), after=boot, for_ns=moment.ended_at - boot.at + 1 * S)
+    faults.heal()
+    nothing_told(bench, boot, 1 * S)
 
 
 @pytest.mark.requirement("EM-03", "EM-06")

@@ -17,6 +17,7 @@ from hil_tests.acceptance.drive.error_steps import (
     expect_register,
     field,
     messages_after,
+    nothing_told,
     shown,
     start_proven,
     told_of,
@@ -62,11 +63,11 @@ def test_messages_can_be_switched_off(bench: Cia301Bench, sdo: Sdo, faults: Faul
     sdo.write(EMCY_ID, 0, u32(cob_id | INVALID))
     name = faults.names[0]
     moment = faults.occur(name)
-    bench.never(emcy(bench), after=moment, for_ns=500 * MS)
+    nothing_told(bench, moment, 500 * MS)
     expect_register(bench, sdo, faults)
     expect_field(bench, sdo, [faults.known[name].code])
     moment = faults.heal()
-    bench.never(emcy(bench), after=moment, for_ns=500 * MS)
+    nothing_told(bench, moment, 500 * MS)
     sdo.write(EMCY_ID, 0, u32(cob_id))
     told_of(bench, faults.occur(name))
 
@@ -159,7 +160,7 @@ def test_nothing_is_told_in_stopped(bench: Cia301Bench, sdo: Sdo, faults: Faults
     bench.enter(Nmt.STOP)
     one = faults.names[0]
     first = faults.occur(one)
-    bench.never(emcy(bench), after=first, for_ns=1 * S)
+    nothing_told(bench, first, 1 * S)
     left = bench.nmt(Nmt.PRE_OPERATIONAL)
     limits = bench.profile.limits
     until = left.at + limits.command_ns + limits.emcy_ns

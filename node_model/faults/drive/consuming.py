@@ -7,7 +7,7 @@ from dataclasses import replace
 from node_model.faults.parts import Fault
 from node_model.frame import Frame
 from node_model.heartbeat_consumer import HeartbeatConsumer, Watch
-from node_model.node import Frames
+from node_model.node import MS, Frames
 from node_model.service import Fault as Error
 
 
@@ -149,6 +149,17 @@ class ConsumerHasNoReaction(Fault, HeartbeatConsumer):
         return replace(super().event(watch), communication=False)
 
 
+class ConsumerTimeZeroIsASecond(Fault, HeartbeatConsumer):
+    """An entry of 1016h with a node and the time 0 is watched for a second."""
+
+    violates = ("C-HBC-01", "EC-04")
+
+    def _watch(self, sub: int) -> Watch:
+        watch = super()._watch(sub)
+        watch.time_ns = watch.time_ns or 1000 * MS
+        return watch
+
+
 FAULTS: tuple[type[Fault], ...] = (
     ConsumerDoesNotWait,
     ConsumerBeginsWithBootUp,
@@ -164,4 +175,5 @@ FAULTS: tuple[type[Fault], ...] = (
     ConsumerTellsAnotherCode,
     ConsumerSetsNoBit,
     ConsumerHasNoReaction,
+    ConsumerTimeZeroIsASecond,
 )

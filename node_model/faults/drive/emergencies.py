@@ -6,6 +6,7 @@ from node_model.drive import Drive
 from node_model.emcy import EMCY_BASE, EmergencyProducer, emcy_frame
 from node_model.faults.parts import Fault as Wrong
 from node_model.frame import Frame
+from node_model.nmt import NmtState
 from node_model.node import MS, US, Frames
 from node_model.service import Fault
 
@@ -206,6 +207,60 @@ class EmergencyTooLate(Wrong, EmergencyProducer):
         self._since = now + 60 * MS
 
 
+class EmergencyIdentifierShowsAReservedBit(Wrong, Drive):
+    """1014h reads with bit 30 set."""
+
+    violates = ("EM-07",)
+
+    def boot(self, now: int) -> Frames:
+        self.od.put_number(0x1014, 0, self.od.number(0x1014) | 1 << 30)
+        return super().boot(now)
+
+
+class EmergencyAlwaysWaits(Wrong, EmergencyProducer):
+    """An emergency waits for the inhibit time though none was sent for long."""
+
+    violates = ("EM-07",)
+
+    def deadline(self) -> int | None:
+        due = super().deadline()
+        return None if due is None else max(due, self._since + self.inhibit_ns())
+
+
+class EmergenciesEndWithStopped(Wrong, EmergencyProducer):
+    """Once it was stopped no emergency is sent any more."""
+
+    violates = ("EM-08", "EM-01")
+
+    stopped = False
+
+    def enter(self, state: NmtState, now: int) -> Frames:
+        self.stopped = self.stopped or state is NmtState.STOPPED
+        return super().enter(state, now)
+
+    def may_send(self) -> bool:
+        return super().may_send() and not self.stopped
+
+
+class BootUpTellsNoError(Wrong, EmergencyProducer):
+    """Each boot-up is followed by an emergency 0000h."""
+
+    violates = ("EM-06", "C-EM-06")
+
+    def start(self, now: int) -> Frames:
+        return (*super().start(now), emcy_frame(self.node_id, 0, 0))
+
+
+class ReactionLeavesStopped(Wrong, EmergencyProducer):
+    """With 1029h:01 = 0 a communication error leads to pre-operational from stopped, too."""
+
+    violates = ("C-EM-22", "EC-02", "EC-04")
+
+    def reaction(self) -> NmtState | None:
+        wakes = self.state is NmtState.STOPPED and not self._od.number(0x1029, 1)
+        return NmtState.PRE_OPERATIONAL if wakes else super().reaction()
+
+
 FAULTS: tuple[type[Wrong], ...] = (
     EmergencyCodeHighByteFirst,
     EmergencyOfSevenBytes,
@@ -227,4 +282,9 @@ FAULTS: tuple[type[Wrong], ...] = (
     WithoutEmergencyNoRegister,
     EmergencyIdentifierChangesInUse,
     EmergencyTooLate,
+    EmergencyIdentifierShowsAReservedBit,
+    EmergencyAlwaysWaits,
+    EmergenciesEndWithStopped,
+    BootUpTellsNoError,
+    ReactionLeavesStopped,
 )

@@ -6,7 +6,7 @@ from node_model.faults.parts import Fault
 from node_model.frame import Frame
 from node_model.guarding import LIFE_TIME_FACTOR, NodeGuarding
 from node_model.nmt import NmtState
-from node_model.node import Frames
+from node_model.node import MS, Frames
 
 
 class GuardingBesideHeartbeat(Fault, NodeGuarding):
@@ -177,6 +177,15 @@ class LifeGuardingWatchesOnce(Fault, NodeGuarding):
         return said
 
 
+class LifeTimeFactorZeroIsOne(Fault, NodeGuarding):
+    """The life time factor 0 counts as 1."""
+
+    violates = ("EC-02", "C-NG-01")
+
+    def life_ns(self) -> int:
+        return self._od.number(0x100C) * MS * max(self._od.number(0x100D), 1)
+
+
 FAULTS: tuple[type[Fault], ...] = (
     GuardingBesideHeartbeat,
     GuardingToggleBeginsWithOne,
@@ -195,4 +204,5 @@ FAULTS: tuple[type[Fault], ...] = (
     LifeGuardingNeverRecovers,
     LifeTimeOfTheStart,
     LifeGuardingWatchesOnce,
+    LifeTimeFactorZeroIsOne,
 )
