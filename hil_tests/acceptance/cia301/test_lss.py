@@ -16,6 +16,7 @@ from hil_tests.api import (
     Lss,
     Nmt,
     NotApplicable,
+    Power,
     S,
     Sdo,
     Sheet,
@@ -123,7 +124,7 @@ def test_node_ids_are_taken_or_refused(
     lss.leave()
 
 
-@pytest.mark.requirement("C-LS-10", "C-LS-03")
+@pytest.mark.requirement("C-LS-10", "C-LS-03", "C-LS-07")
 def test_a_new_node_id_acts_at_reset_communication(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet, lss: Lss
 ) -> None:
@@ -134,6 +135,9 @@ def test_a_new_node_id_acts_at_reset_communication(
     new = old % 127 + 1
     lss.configure()
     lss.set_node_id(new)
+    told = lss.inquire(4)
+    text = f"the node id is {old} until then; it is {told}"
+    bench.check(told == old, text, requirement="C-LS-07")
     lss.leave()
     sdo.read(DEVICE_TYPE, requirement="C-LS-10")
     bench.tolerate_missing_boot_up()
@@ -155,7 +159,7 @@ def expect_boot_up(bench: Cia301Bench, old: int, new: int) -> None:
 def test_bit_rates_of_the_data_sheet_are_taken(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet, lss: Lss
 ) -> None:
-    """Those of table 0 that it lists; the reserved index 5, 10 and 255 are refused."""
+    """Those of table 0 that it lists; index 5, 10 and 255 are refused, and table 1 is."""
     known(bench, sdo, sheet)
     may_configure(bench)
     lss.configure()
@@ -167,7 +171,11 @@ def test_bit_rates_of_the_data_sheet_are_taken(
     for index in (5, 10, 255):
         found = lss.set_bit_timing(index)
         bench.check(found == 1, f"index {index} is answered with 1; it was {found}")
-    lss.set_bit_timing(services.BIT_RATES[bench.stage.bit_rate])
+    known_index = services.BIT_RATES[bench.stage.bit_rate]
+    found = lss.set_bit_timing(known_index, table=1)
+    text = f"table 1, which is reserved, is answered with 1; it was {found}"
+    bench.check(found == 1, text)
+    lss.set_bit_timing(known_index)
     lss.leave()
 
 
@@ -185,14 +193,46 @@ def test_storing_is_answered(bench: Cia301Bench, sdo: Sdo, sheet: Sheet, lss: Ls
     reset(bench)
 
 
+@pytest.mark.requirement("C-LS-06")
+def test_a_stored_node_id_survives_without_supply(
+    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, lss: Lss, power: Power
+) -> None:
+    """The supply is cut and comes back: the boot-up has the stored node id. It is put back."""
+    known(bench, sdo, sheet)
+    may_configure(bench)
+    old = bench.node_id
+    new = old % 127 + 1
+    lss.configure()
+    lss.set_node_id(new)
+    if lss.store():
+        lss.set_node_id(old)
+        lss.leave()
+        raise NotApplicable("the device stores no node id over LSS")
+    lss.leave()
+    bench.tolerate_missing_boot_up()
+    power.off()
+    on = power.on()
+    within = bench.profile.limits.boot_up_ns
+    bench.expect(matchers.boot_up(new), after=on, within=within, requirement="C-LS-06")
+    lss.configure()
+    lss.set_node_id(old)
+    lss.store()
+    lss.leave()
+    expect_boot_up(bench, new, old)
+
+
 def lose_node_id(bench: Cia301Bench, lss: Lss) -> None:
     """The device gives up its node id; no monitor judges it from here on."""
     lss.configure()
     lss.set_node_id(services.UNCONFIGURED)
     lss.leave()
     bench.tolerate_missing_boot_up()
-    bench.send(nmt_frame(Nmt.RESET_COMMUNICATION, bench.node_id))
+    sent = bench.send(nmt_frame(Nmt.RESET_COMMUNICATION, bench.node_id))
     bench.wait(bench.profile.limits.boot_up_ns)
+    frames = bench.collect(matchers.anything(), after=sent, until=bench.now())
+    boots = [str(seen.frame) for seen in frames if seen.frame.data == b"\x00"]
+    text = f"no boot-up comes without a node id; there was {boots}"
+    bench.check(not boots, text, requirement="C-LS-08", since=sent)
 
 
 def regain_node_id(bench: Cia301Bench, lss: Lss) -> None:
@@ -245,7 +285,7 @@ def test_fast_scan_finds_a_node_without_a_node_id(
     lss.expect(services.NOT_CONFIGURED, services.identify_unconfigured())
     found = lss.fast_scan()
     bench.check(found == identity, f"fast scan finds {identity}; it found {found}")
-    lss.inquire(4)
+    lss.inquire(4, "C-LS-09")
     regain_node_id(bench, lss)
 
 

@@ -203,7 +203,7 @@ class LssScanDoesNotSelect(Fault, LssSlave):
 class LssNodeIdAtOnce(Fault, LssSlave):
     """A new node id acts at once, with a boot-up."""
 
-    violates = ("C-LS-10",)
+    violates = ("C-LS-10", "C-LS-03")
 
     def set_node_id(self, data: bytes, now: int) -> Frames:
         said = super().set_node_id(data, now)
