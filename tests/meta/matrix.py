@@ -96,7 +96,7 @@ def proofs_of(chosen: argparse.Namespace) -> Iterator[Proof]:
     data = json.loads(chosen.table.read_text("utf-8")) if chosen.table else None
     for kind in KINDS.values():
         names = wanted(kind, chosen)
-        if data is not None:
+        if data is not None and names:
             yield from_data(data, kind)
         elif names:
             yield run(collect(f"--can-profile={kind.name}"), names, chosen.workers)
