@@ -7,7 +7,7 @@ from dataclasses import replace
 from node_model.faults.parts import Fault
 from node_model.frame import Frame
 from node_model.heartbeat_consumer import HeartbeatConsumer, Watch
-from node_model.node import MS, Frames
+from node_model.node import Frames
 from node_model.service import Fault as Error
 
 
@@ -155,9 +155,8 @@ class ConsumerTimeZeroIsASecond(Fault, HeartbeatConsumer):
     violates = ("C-HBC-01", "EC-04")
 
     def _watch(self, sub: int) -> Watch:
-        watch = super()._watch(sub)
-        watch.time_ns = watch.time_ns or 1000 * MS
-        return watch
+        value = self._od.number(0x1016, sub)
+        return Watch(sub, value if value & 0xFFFF or not value else value | 1000)
 
 
 FAULTS: tuple[type[Fault], ...] = (
