@@ -43,7 +43,16 @@ def pack(note: Note) -> bytes:
         TypeError, ValueError: its data are no plain data (texts, numbers, truth values,
             lists, mappings with texts as keys).
     """
-    return _PREFIX + _dumps(_fields(note))
+    return told(note)[0]
+
+
+def told(note: Note) -> tuple[bytes, str]:
+    """The packet of a note, and `describe`: what both hold of a stimulus is written once."""
+    if not isinstance(note, Moment):
+        return _PREFIX + _dumps(_fields(note)), describe(note)
+    detail = _dumps(note.detail)
+    head = _dumps(_fields(note))
+    return _PREFIX + head[:-1] + b',"detail":' + detail + b"}", _line(note, detail)
 
 
 def stamp(note: Note) -> int:
@@ -53,15 +62,23 @@ def stamp(note: Note) -> int:
 
 def describe(note: Note) -> str:
     """One line for people, cut where it would fill the screen."""
+    if isinstance(note, Moment):
+        return _line(note, _dumps(note.detail))
     if isinstance(note, Mark):
-        text = note.text
-    elif isinstance(note, BusEvent):
-        lost = f" ({note.lost} frames lost)" if note.lost else ""
-        text = ": ".join(part for part in (note.kind.value, note.text) if part) + lost
-    else:
-        text = f"{note.what} {_dumps(dict(note.detail)).decode()}" if note.detail else note.what
-        if note.ended_at != note.began_at:
-            text += f", took effect within {show_span(note.ended_at - note.began_at)}"
+        return _cut(note.text)
+    lost = f" ({note.lost} frames lost)" if note.lost else ""
+    return _cut(": ".join(part for part in (note.kind.value, note.text) if part) + lost)
+
+
+def _line(moment: Moment, detail: bytes) -> str:
+    """A stimulus for people, its detail being written out."""
+    text = f"{moment.what} {detail.decode()}" if moment.detail else moment.what
+    if moment.ended_at != moment.began_at:
+        text += f", took effect within {show_span(moment.ended_at - moment.began_at)}"
+    return _cut(text)
+
+
+def _cut(text: str) -> str:
     return text if len(text) <= _TEXT_LIMIT else f"{text[: _TEXT_LIMIT - 3]}..."
 
 
@@ -94,11 +111,6 @@ def _payload_at(packet: bytes) -> int:
     raise ValueError("its tags have no end")
 
 
-def _dumps(value: object) -> bytes:
-    text = json.dumps(value, separators=(",", ":"), allow_nan=False, default=_plain)
-    return text.encode("ascii")
-
-
 def _plain(value: object) -> object:
     """What JSON has no word for: any mapping becomes an object, a set a sorted list."""
     if isinstance(value, Mapping):
@@ -108,7 +120,15 @@ def _plain(value: object) -> object:
     raise TypeError(f"{type(value).__name__} {str(value)[:60]!r} is no plain data")
 
 
+_encode = json.JSONEncoder(separators=(",", ":"), allow_nan=False, default=_plain).encode
+
+
+def _dumps(value: object) -> bytes:
+    return _encode(value).encode("ascii")
+
+
 def _fields(note: Note) -> dict[str, object]:
+    """The note as plain data, without the detail of a stimulus."""
     if isinstance(note, Mark):
         return {"kind": "mark", "at": note.at, "text": note.text, "data": note.data}
     if isinstance(note, BusEvent):
@@ -125,7 +145,6 @@ def _fields(note: Note) -> dict[str, object]:
         "what": note.what,
         "began_at": note.began_at,
         "ended_at": note.ended_at,
-        "detail": note.detail,
     }
 
 

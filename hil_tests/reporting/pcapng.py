@@ -183,10 +183,10 @@ class PcapngSink:
             raise self._lost(error) from error
 
     def _note(self, note: journal.Note) -> None:
-        packet = journal.pack(note)
+        packet, text = journal.told(note)
         if len(packet) > layout.LARGEST_BLOCK // 2:
             raise ValueError(f"{len(packet)} bytes are too many for one note in a trace")
-        comment = journal.describe(note).encode("utf-8", "replace")
+        comment = text.encode("utf-8", "replace")
         stamp = journal.stamp(note)
         self._put(layout.packet(_JOURNAL, stamp, packet, (layout.COMMENT, comment)))
 
