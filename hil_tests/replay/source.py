@@ -45,6 +45,8 @@ class Source:
         self._record = record
         self._entries = record.entries
         self._slack_ns = 0 if virtual else SLACK_NS
+        self._later_ns = 0 if virtual else 1
+        """Who reads the clock of a real bus after a frame reads a later instant than its stamp."""
         self._place = 0
         self._done: set[int] = set()
         """Places of notes that were passed over before their turn."""
@@ -103,7 +105,7 @@ class Source:
                 self._sent.remove(entry.frame)
             self._place += 1
             if not self._over:
-                self.now = max(self.now, entry.at)
+                self.now = max(self.now, entry.at + self._later_ns)
             return entry
 
     def burst(self, until: int, most: int) -> Burst:

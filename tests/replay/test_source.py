@@ -235,3 +235,11 @@ def test_at_its_end_time_goes_on_to_the_end_of_the_record() -> None:
     for other in (source(power(50, on=True)), source(beat(50), end=None)):
         other.wind_up()
         assert other.now == 0
+
+
+def test_a_clock_that_is_read_after_a_frame_is_later_than_its_stamp() -> None:
+    """In real time; so what came before a test looked at the clock did not come after that."""
+    for virtual in (True, False):
+        told = source(beat(100), beat(300), virtual=virtual)
+        assert told.next(200) == beat(100)
+        assert told.now == (100 if virtual else 101)
