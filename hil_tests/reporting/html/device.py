@@ -22,7 +22,9 @@ def device_name(run: Mapping[str, Any]) -> str:
     names = (identity.get("name"), identity.get("product_name"), fact(device, "profile", "name"))
     named = next((str(name) for name in names if name), "device")
     serial = device.get("serial")
-    return f"{named}, no. {serial}" if serial else named
+    mutant = device.get("mutant")
+    parts = [named, f"no. {serial}" if serial else "", f"model {mutant}" if mutant else ""]
+    return ", ".join(filter(None, parts))
 
 
 def device_facts(run: Mapping[str, Any]) -> list[tuple[str, str]]:
