@@ -12,6 +12,7 @@ from hil_tests.acceptance.key_steps import (
     expect_masks,
     key_masks,
     mask_of,
+    missed,
     needs_releases,
     report_limits,
     settle,
@@ -116,7 +117,9 @@ def test_twentieth_press_is_like_the_first(bench: KeypadBench, keys: Keys) -> No
         settle(bench)
         keys.release()
         settle(bench)
-    expect_masks(bench, [mask_of(bench.profile, [name]), 0] * 20, after=begin)
+    wanted = [mask_of(bench.profile, [name]), 0] * 20
+    by = "" if key_masks(bench, begin) == wanted else missed(bench, keys, "KEY-02")
+    expect_masks(bench, wanted, after=begin, requirement=by)
     story.judge("KEY-02", "KEY-06")
 
 
@@ -134,7 +137,9 @@ def test_every_key_has_its_bit(bench: KeypadBench, keys: Keys) -> None:
             masks = key_masks(bench, moved)
             wanted = mask_of(bench.profile, held)
             text = f"the key frame shows {wanted:02X}h while {', '.join(held)} are held"
-            bench.check(masks[-1:] == [wanted], f"{text}; {masks}", since=moved)
+            right = masks[-1:] == [wanted]
+            by = "" if right or masks else missed(bench, keys, "KEY-03")
+            bench.check(right, f"{text}; {masks}", requirement=by, since=moved)
     story.judge("KEY-03")
 
 
@@ -257,7 +262,7 @@ def test_releases_are_reported(bench: KeypadBench, keys: Keys) -> None:
     first, last = keys.names[0], keys.names[-1]
     keys.hold(first, last)
     settle(bench)
-    expect_keys(bench, [last], after=keys.release(first))
+    expect_keys(bench, [last], after=keys.release(first), requirement="KEY-20")
     expect_keys(bench, [], after=keys.release(last))
     story.judge("KEY-20")
 
@@ -367,7 +372,9 @@ def test_keys_that_mature_together(bench: KeypadBench, keys: Keys, apart_ms: int
             count = max(count, len(masks))
             if keys.held or bench.profile.releases_reported:
                 text = f"{keys.mask:02X}h is shown in the end; the key frames were {masks}"
-                bench.check(masks[-1:] == [keys.mask], text, since=moments[0])
+                right = masks[-1:] == [keys.mask]
+                by = "" if right or keys.held else missed(bench, keys, "KEY-23")
+                bench.check(right, text, requirement=by, since=moments[0])
     story.judge("KEY-23", "KEY-06", "KEY-02")
     how = "one frame" if count == 1 else f"up to {count} frames"
     text = f"{len(keys.names)} keys moved {apart_ms} ms apart travel in {how}"

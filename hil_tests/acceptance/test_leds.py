@@ -150,6 +150,9 @@ def test_each_map_is_kept_beneath_the_other(bench: KeypadBench, leds: Leds) -> N
     set_steady(bench, [name])
     sent = set_blinking(bench, ())
     expect_lights(bench, leds, on=[name], after=sent)
+    set_blinking(bench, [name])
+    sent = set_blinking(bench, ())
+    expect_lights(bench, leds, on=[name], after=sent)
 
 
 @pytest.mark.requirement("LED-04")

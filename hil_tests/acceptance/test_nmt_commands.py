@@ -24,8 +24,10 @@ from hil_tests.api import MS, Frame, KeypadBench, Keys, Nmt, Power, State, cobs,
 UNKNOWN = tuple(set(range(256)) - set(Nmt))
 """00h, 03h..7Fh, 83h..FFh."""
 
-SOME_UNKNOWN = (0x00, 0x03, 0x04, 0x05, 0x7F, 0x83, 0xFF)
-"""Where each costs real time: the edges, and what a heartbeat would show."""
+ONE_BIT_OFF = {command ^ 1 << bit for command in Nmt for bit in range(8)} - set(Nmt)
+
+SOME_UNKNOWN = tuple(sorted({0x00, 0x03, 0x04, 0x05, 0x7F, 0x83, 0xFF} | ONE_BIT_OFF))
+"""Where each costs real time: the edges, what a heartbeat would show, and near commands."""
 
 ALL_NODES = 0
 

@@ -129,7 +129,7 @@ class KeypadBench(Bench):
             wanted = ", ".join(f"{name} {value}" for name, value in wish.needed.items())
             self._may_commission(f"the test needs {wanted}")
         if wish.preferred and not self.why_not_commission():
-            target = attrs.evolve(target, **wish.preferred)
+            target = attrs.evolve(target, **{**wish.preferred, **wish.needed})
         return target
 
     def why_not_commission(self) -> str:

@@ -53,10 +53,19 @@ class Changes:
                     yield self._lost(name, key, change, silent=silent)
 
     def _releases_are_silent(self) -> bool:
-        """Whether no frame has shown nothing but keys let go."""
+        """Whether no frame, but for those on entry, has shown nothing but keys let go."""
         return not any(
-            before.mask & ~report.mask and not report.mask & ~before.mask
+            before.mask & ~report.mask
+            and not report.mask & ~before.mask
+            and not self._entered_between(before, report)
             for before, report in pairwise(self._reports)
+        )
+
+    def _entered_between(self, before: Report, report: Report) -> bool:
+        """Whether the later frame may be one on entry."""
+        return any(
+            before.wanted.earliest <= opens.latest and opens.earliest <= report.wanted.latest
+            for opens, _ in self._reading.windows
         )
 
     def _bound(self, change: Change) -> int:
