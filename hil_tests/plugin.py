@@ -61,7 +61,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
     plan = stash.plan_of(config)
     selection.check(ours, plan)
-    items[:], others = selection.of_kind(items, plan.requirements)
+    items[:], others = selection.of_device(items, plan)
     if others:
         config.hook.pytest_deselected(items=others)
         ours = [item for item in items if stash.is_ours(item)]

@@ -45,7 +45,7 @@ class Kind(Generic[F]):
         memory: content of the memory of one that was set to these settings.
         node_ids: node ids that it can have.
         with_node_id: the facts with another node id as it leaves the factory.
-        has_sheet: its facts name an EDS file that it is made from.
+        needs_sheet: it is made from an EDS file; a keypad may be given one.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Kind(Generic[F]):
     memory: Callable[[F, Settings], bytes]
     node_ids: range
     with_node_id: Callable[[F, int], F]
-    has_sheet: bool = True
+    needs_sheet: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +141,7 @@ KEYPAD: Kind[keypad.Profile] = Kind(
     _keypad_memory,
     NODE_IDS,
     _node_id,
-    has_sheet=False,
+    needs_sheet=False,
 )
 DRIVE: Kind[drive.Profile] = Kind("drive", drive.loads, drive.Drive, _drive_memory, IDS, _node_id)
 GENERIC: Kind[generic.Profile] = Kind(
@@ -172,10 +172,8 @@ def read(profile: str, model: str | None = None, eds: str | None = None) -> Blue
         raise UnknownDeviceError(
             f"profile {profile!r} is not usable: {type(error).__name__}: {error}"
         ) from None
-    if kind.has_sheet:
+    if kind.needs_sheet or eds or facts.eds:
         facts = replace(facts, eds=_sheet_path(profile, eds or "", facts.eds, folder))
-    elif eds:
-        raise UnknownDeviceError(f"{eds}: a {kind.name} has an EDS file of its own")
     return Blueprint(kind, facts, kind.make if model is None else _maker(model, kind.name))
 
 

@@ -17,6 +17,7 @@ from hil_tests.judge.causal import Seen
 from hil_tests.judge.cobs import Nmt
 from hil_tests.judge.monitors import LATE_FACTOR
 from hil_tests.judge.verdict import NotRun
+from hil_tests.judge.watch import Watch
 from hil_tests.trace import Moment
 from node_model.frame import Frame
 
@@ -26,6 +27,14 @@ class Bench(JudgingBench):
 
     set_to = "set to"
     """How a device of this kind gets its parameters, in two words for the header."""
+
+    def _new_watch(self, *, off: bool, since: int | None = None) -> Watch:
+        """A device that goes on beats as it did."""
+        watch = super()._new_watch(off=off, since=since)
+        before = getattr(self, "watch", None)
+        if before is not None and not off and self.parameters is not None:
+            watch.goes_on_from(before)
+        return watch
 
     # Where tests start from.
 

@@ -19,7 +19,6 @@ from hil_tests.judge.causal import Seen
 from hil_tests.judge.cobs import Nmt, State
 from hil_tests.judge.expected import Expected, Family
 from hil_tests.judge.verdict import NotRun
-from hil_tests.judge.watch import Watch
 
 
 class Cia301Bench(Bench):
@@ -42,14 +41,6 @@ class Cia301Bench(Bench):
             fades=self.stage.fades,
             family=Family.CIA301,
         )
-
-    def _new_watch(self, *, off: bool, since: int | None = None) -> Watch:
-        """A device that goes on beats as it did."""
-        watch = super()._new_watch(off=off, since=since)
-        before = getattr(self, "watch", None)
-        if before is not None and not off:
-            watch.goes_on_from(before)
-        return watch
 
     # Where tests start from.
 

@@ -257,6 +257,10 @@ class KeypadBench(Bench):
 
     def go_home(self) -> None:
         """Give the device back the parameters that it had when the run began."""
-        if self.home is not None and self.parameters != self.home and not self.stage.virtual:
+        if self.home is None or self.stage.virtual:
+            return
+        if self.parameters != self.home:
             self._recommission(self.home)
             self.boot()
+        elif self.profile.eds:
+            self.start()  # what was changed over SDO is gone then

@@ -22,10 +22,8 @@ if TYPE_CHECKING:
 def sdo(bench: Bench) -> Sdo:
     """The SDO client."""
     from hil_tests.bench.sdo import Sdo  # noqa: PLC0415 - where a test asks for it
-    from hil_tests.config import Cia301Limits  # noqa: PLC0415
 
-    limits = bench.profile.limits
-    return Sdo(bench, limits.sdo_ns) if isinstance(limits, Cia301Limits) else Sdo(bench)
+    return Sdo(bench, bench.profile.limits.sdo_ns)
 
 
 def sheet(bench: Bench) -> Sheet:

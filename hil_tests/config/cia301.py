@@ -10,7 +10,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated
 
@@ -206,7 +205,7 @@ def drive_from(document: Mapping[str, object], path: str) -> DriveProfile:
         kind=file.device.kind,
         description=file.device.description,
         path=path,
-        eds=_eds(file.device, path),
+        eds=file.device.sheet_of(path),
         factory=file.factory,
         limits=file.limits,
         window_unit_ns=WINDOW_UNITS[file.sync.window_unit],
@@ -232,13 +231,8 @@ def generic_from(document: Mapping[str, object], path: str) -> GenericProfile:
         kind=file.device.kind,
         description=file.device.description,
         path=path,
-        eds=_eds(file.device, path),
+        eds=file.device.sheet_of(path),
         factory=file.factory,
         limits=file.limits,
         window_unit_ns=WINDOW_UNITS[file.sync.window_unit],
     )
-
-
-def _eds(identity: Identity, path: str) -> str | None:
-    """Where its electronic data sheet lies: beside the profile, unless it says otherwise."""
-    return None if identity.eds is None else str(Path(path).parent / identity.eds)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated
 
 import attrs
@@ -23,7 +24,11 @@ class Identity:
     kind: Annotated[str, OneOf(KINDS)]
     description: Annotated[str, Text()] = "no description"
     eds: Annotated[str | None, Text(300)] = None
-    """Electronic data sheet: a shipped name, or a path relative to the profile."""
+    """Electronic data sheet: a path relative to the profile."""
+
+    def sheet_of(self, path: str) -> str | None:
+        """Where the data sheet lies: beside the profile at `path`, unless it says otherwise."""
+        return None if self.eds is None else str(Path(path).parent / self.eds)
 
 
 @attrs.frozen

@@ -103,6 +103,7 @@ def keypad_from(document: Mapping[str, object], path: str) -> KeypadProfile:
         kind=file.device.kind,
         description=file.device.description,
         path=path,
+        eds=file.device.sheet_of(path),
         key_bits=file.keys.bits,
         key_frame_bytes=file.keys.frame_bytes,
         releases_reported=file.keys.releases_reported,

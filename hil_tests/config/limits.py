@@ -50,6 +50,8 @@ class DeviceLimits:
     """Supply off between two cycles, at least."""
     command_ns: Time = 50 * MS
     """NMT command to its effect, at most."""
+    sdo_ns: Time = 50 * MS
+    """SDO request to its answer, at most; where the device has an SDO server."""
     heartbeat_each_ppm: Part = 5 * PPM_PER_PERCENT
     """Each interval; or `heartbeat_floor_ns`, whichever is more."""
     heartbeat_floor_ns: Tolerance = 5 * MS
@@ -99,10 +101,8 @@ class KeypadLimits(DeviceLimits):
 
 @attrs.frozen
 class Cia301Limits(DeviceLimits):
-    """The table [limits] of a device with object dictionary: a drive, or a generic one."""
+    """The table [limits] of a drive, or of a generic device."""
 
-    sdo_ns: Time = 50 * MS
-    """SDO request to its answer, at most."""
     emcy_ns: Time = 20 * MS
     """Error or its end to the EMCY, at most."""
     guard_answer_ns: Time = 10 * MS

@@ -28,6 +28,10 @@ class Ids:
         state: the state shown is one that a command led to.
         shown_late: a change of state shows in the next beat.
         reaction: a communication error leads where 1029h says; "" = there is no such object.
+        obeyed: a command leads to its state.
+        beat_stopped: the heartbeat goes on in stopped.
+        reset_node: the command of that name is followed by a boot-up.
+        reset_communication: so is this one.
     """
 
     boot_up: str
@@ -45,6 +49,10 @@ class Ids:
     state: str
     shown_late: str
     reaction: str
+    obeyed: str
+    beat_stopped: str
+    reset_node: str
+    reset_communication: str
 
 
 KEYPAD = Ids(
@@ -63,6 +71,10 @@ KEYPAD = Ids(
     state="NMT-07",
     shown_late="HB-03",
     reaction="",
+    obeyed="NMT-04",
+    beat_stopped="HB-01",
+    reset_node="NMT-06",
+    reset_communication="NMT-06",
 )
 
 CIA301 = Ids(
@@ -81,4 +93,8 @@ CIA301 = Ids(
     state="C-NMT-04",
     shown_late="C-NMT-21",
     reaction="C-EM-22",
+    obeyed="C-NMT-04",
+    beat_stopped="C-HB-07",
+    reset_node="C-NMT-11",
+    reset_communication="C-NMT-12",
 )

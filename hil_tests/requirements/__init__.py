@@ -11,6 +11,7 @@ from hil_tests.requirements.catalogue import (
     Requirement,
     load,
     load_all,
+    load_with_sheet,
     near,
     parse,
 )
@@ -24,6 +25,7 @@ __all__ = [
     "Requirement",
     "load",
     "load_all",
+    "load_with_sheet",
     "near",
     "parse",
 ]

@@ -32,6 +32,26 @@ KINDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 )
 """The catalogues that a kind of device is judged by: one file for each source."""
 
+WITH_SHEET: Mapping[str, tuple[str, tuple[str, ...]]] = MappingProxyType(
+    {
+        "keypad": (
+            "cia301",
+            (
+                *("C-OD", "C-SD-01", "C-SD-02", "C-SD-03", "C-SD-04", "C-SD-05", "C-SD-06"),
+                *("C-SD-07", "C-SD-08", "C-SD-17", "C-SD-18", "C-SD-20", "C-RB-09"),
+                *("C-NMT-11", "C-NMT-12", "C-NMT-14", "C-NMT-15", "C-NMT-16", "C-NMT-17"),
+                *("C-HB-01", "C-HB-03", "C-HB-06", "C-HB-09"),
+            ),
+        ),
+    }
+)
+"""What is asked besides of a device whose objects are known: a file, and beginnings of ids.
+
+A keypad need not have an SDO server. Where an electronic data sheet says that it has one, it
+is held to the rules of object dictionary, SDO and 1017h, but for blocks and long values; what
+else it does is for its own source to say.
+"""
+
 _ID = re.compile(r"(?:C-)?[A-Z]{2,4}-[0-9]{2}")
 _TEXTS = ("text", "source", "clause", "class", "origin")
 _FIELDS = (*_TEXTS, "limits", "needs")
@@ -92,6 +112,13 @@ def load(kind: str) -> Mapping[str, Requirement]:
     if kind not in KINDS:
         raise ConfigError(f"no requirements for {kind!r}; there are some for: {', '.join(KINDS)}")
     return _joined(KINDS[kind])
+
+
+def load_with_sheet(kind: str) -> Mapping[str, Requirement]:
+    """What is asked of a kind of device besides, where it has an electronic data sheet."""
+    name, beginnings = WITH_SHEET.get(kind, ("", ()))
+    found = _joined((name,)) if name else {}
+    return {key: each for key, each in found.items() if key.startswith(beginnings)}
 
 
 def load_all() -> Mapping[str, Requirement]:

@@ -91,7 +91,9 @@ OPTIONS = (
         "TEXT",
     ),
     Option("can-firmware", "firmware version of the device, for the history of its runs", "TEXT"),
-    Option("can-eds", "EDS file of the device; a generic one needs it, no keypad has one", "FILE"),
+    Option(
+        "can-eds", "EDS file of the device; a generic one needs it, a keypad may have one", "FILE"
+    ),
     Option(
         "can-bench",
         "bench file (TOML): bus, device, and how power, keys, LEDs and bit rate are moved",

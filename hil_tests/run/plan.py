@@ -22,7 +22,7 @@ from hil_tests.config import (
     load_profile,
 )
 from hil_tests.errors import ConfigError
-from hil_tests.requirements import FACILITIES, Requirement, load
+from hil_tests.requirements import FACILITIES, Requirement, load, load_with_sheet
 
 if TYPE_CHECKING:
     from hil_tests.replay.runs import RecordedRun
@@ -58,6 +58,9 @@ class Plan:
         bench_name: for people.
         bench_file: as read, or None.
         mutant: name of the model's fault, or None.
+        requirements: of its kind, and those of `by_sheet`.
+        settings: the options.
+        by_sheet: what is asked of it only because its data sheet is known.
         recording: the run that is replayed, or None.
     """
 
@@ -76,6 +79,7 @@ class Plan:
     mutant: str | None
     requirements: Mapping[str, Requirement]
     settings: Settings
+    by_sheet: frozenset[str] = frozenset()
     recording: RecordedRun | None = None
 
     @property
@@ -126,6 +130,8 @@ def make_plan(settings: Settings) -> Plan:
     device, why = _who(settings, bench, channel, interface)
     _check(settings, bench, profile, device, channel, interface)
     real = device != VIRTUAL
+    profile = _with_eds(profile, settings["can_eds"])
+    requirements, by_sheet = asked_of(profile)
     return Plan(
         device=device,
         why=why,
@@ -134,20 +140,27 @@ def make_plan(settings: Settings) -> Plan:
         bit_rate=settings["can_bitrate"] or (bench.bus.bitrate if bench else None),
         exclusive=device != EXTERNAL or (bench is not None and bench.bus.exclusive),
         timed=not real or _timed(channel or "", interface or "socketcan"),
-        profile=_with_eds(profile, settings["can_eds"]),
+        profile=profile,
         home=_home(settings, bench, profile, device),
         facilities=_facilities(device, bench, profile),
         bench_name=_bench_name(bench, device),
         bench_file=bench,
         mutant=settings["can_mutant"],
-        requirements=load(profile.kind),
+        requirements=requirements,
         settings=settings,
+        by_sheet=by_sheet,
     )
 
 
 def _with_eds(profile: DeviceProfile, path: str | None) -> DeviceProfile:
     """The profile with the electronic data sheet of the command line, where there is one."""
     return attrs.evolve(profile, eds=path) if path else profile
+
+
+def asked_of(profile: DeviceProfile) -> tuple[Mapping[str, Requirement], frozenset[str]]:
+    """Everything that a device of this profile is judged by, and what of it by its data sheet."""
+    besides = load_with_sheet(profile.kind) if profile.eds else {}
+    return {**load(profile.kind), **besides}, frozenset(besides)
 
 
 def _files(settings: Settings) -> tuple[BenchFile | None, DeviceProfile]:
@@ -242,8 +255,6 @@ def _check(
 def _eds_problems(settings: Settings, profile: DeviceProfile) -> list[str]:
     """What is wrong with the electronic data sheet, or that there is none."""
     given = settings["can_eds"]
-    if given and profile.kind == "keypad":
-        return [f"--can-eds {given}: a keypad is described by its profile; leave it out"]
     if given and not Path(given).is_file():
         return [f"--can-eds {given}: no such file"]
     if not given and profile.kind == "generic" and profile.eds is None:

@@ -26,10 +26,9 @@ from hil_tests.replay.standing import setup_of, stand
 from hil_tests.reporting.results_reader import RESULTS, load_results
 from hil_tests.reporting.rows import TestResult
 from hil_tests.reporting.tally import pairs
-from hil_tests.requirements import load
 from hil_tests.run import outcome, stash
 from hil_tests.run.options import Settings
-from hil_tests.run.plan import Plan
+from hil_tests.run.plan import Plan, asked_of
 from hil_tests.run.session import Run
 
 if TYPE_CHECKING:
@@ -44,8 +43,8 @@ _FROM_RECORD = (
     "can_scenario",
     "can_budget",
     "can_mutant",
-    "can_node_id",
     "can_eds",
+    "can_node_id",
     "can_serial",
     "can_firmware",
 )
@@ -74,6 +73,7 @@ def plan_of_recording(settings: Settings) -> Plan:
     sample = recorded.sample()
     settings = _as_recorded(settings, recorded)
     profile = _profile(settings)
+    requirements, by_sheet = asked_of(profile)
     virtual: bool = sample.fact("virtual", bool)
     return Plan(
         device=recorded.device if (recorded.device == "virtual") is virtual else "external",
@@ -89,8 +89,9 @@ def plan_of_recording(settings: Settings) -> Plan:
         bench_name=sample.fact("bench", str),
         bench_file=None,
         mutant=settings["can_mutant"],
-        requirements=load(profile.kind),
+        requirements=requirements,
         settings=settings,
+        by_sheet=by_sheet,
         recording=recorded,
     )
 

@@ -25,19 +25,24 @@ def check(items: Sequence[pytest.Item], plan: Plan) -> None:
     check_clauses(plan.settings["can_clause"], plan.requirements)
 
 
-def of_kind(
-    items: Iterable[pytest.Item], known: Mapping[str, Requirement]
+def of_device(
+    items: Iterable[pytest.Item], plan: Plan
 ) -> tuple[list[pytest.Item], list[pytest.Item]]:
-    """Tests that concern this kind of device, and those that concern others alone.
+    """Tests that concern this device, and those that concern others alone.
 
-    From here on a test claims those of its requirements that are of this kind.
+    What is asked because of a data sheet alone is asked by the tests that claim it first:
+    those that claim it besides are of services that this kind of device need not have.
+    From here on a test claims those of its requirements that are asked of this device.
     """
     chosen: list[pytest.Item] = []
     others: list[pytest.Item] = []
     for item in items:
+        concerned = True
         if is_ours(item):
-            item.stash[CLAIMS] = tuple(name for name in claimed(item) if name in known)
-        concerned = not is_ours(item) or claimed(item)
+            names = claimed(item)
+            known = tuple(name for name in names if name in plan.requirements)
+            concerned = known[:1] == names[:1] or bool(set(known) - plan.by_sheet)
+            item.stash[CLAIMS] = known
         (chosen if concerned else others).append(item)
     return chosen, others
 

@@ -15,6 +15,7 @@ from node_model.frame import Frame
 from node_model.heartbeat import PRODUCER_TIME, HeartbeatProducer
 from node_model.keypad.lamps import Lamps
 from node_model.keypad.parameters import Parameters
+from node_model.keypad.profile import Profile
 from node_model.nmt import NmtState
 from node_model.node import MS, Frames
 from node_model.od import ObjectDictionary
@@ -31,6 +32,7 @@ _WITHOUT_BLOCKS = SdoSettings(has_blocks=False)
 class Owner(Protocol):
     """The part of a keypad whose state the objects show."""
 
+    profile: Profile
     parameters: Parameters
     state: NmtState
     keys: Debouncer
@@ -49,9 +51,10 @@ class Objects:
     def __init__(self, owner: Owner, now: int) -> None:
         node_id = owner.parameters.node_id
         self._owner = owner
-        self.od = ObjectDictionary(entries_of(shipped("keypad.eds"), node_id))
-        self.od.put_number(PRODUCER_TIME, 0, owner.parameters.heartbeat_ms)
-        self.od.put_number(ERROR_REGISTER, 0, GENERIC_ERROR)
+        sheet = owner.profile.eds or shipped("keypad.eds")
+        self.od = ObjectDictionary(entries_of(sheet, node_id))
+        self._put(PRODUCER_TIME, 0, owner.parameters.heartbeat_ms)
+        self._put(ERROR_REGISTER, 0, GENERIC_ERROR)
         self.od.observe(PRODUCER_TIME, self._new_period)
         self.od.observe(STEADY, self._new_light)
         self.od.observe(BLINKING, self._new_light)
@@ -71,9 +74,14 @@ class Objects:
     def _show(self) -> None:
         """The objects are as keys and LEDs are now."""
         lamps = self._owner.lamps
-        self.od.put_number(KEYS, 1, self._owner.keys.settled & _BYTE)
-        self.od.put_number(STEADY, 1, lamps.steady & _BYTE)
-        self.od.put_number(BLINKING, 1, lamps.blinking & _BYTE)
+        self._put(KEYS, 1, self._owner.keys.settled & _BYTE)
+        self._put(STEADY, 1, lamps.steady & _BYTE)
+        self._put(BLINKING, 1, lamps.blinking & _BYTE)
+
+    def _put(self, index: int, sub: int, value: int) -> None:
+        """What the keypad knows better than its EDS file, where that lists it."""
+        if self.od.has(index, sub):
+            self.od.put_number(index, sub, value)
 
     def _new_period(self, sub: int, now: int) -> None:  # noqa: ARG002  a VAR
         """1017h acts at once (CiA 301 4.2.0, 7.2.8.2.2.1)."""
@@ -84,5 +92,7 @@ class Objects:
     def _new_light(self, sub: int, now: int) -> None:  # noqa: ARG002  told of both maps
         """A client has written a map of LEDs."""
         lamps = self._owner.lamps
-        lamps.steady = lamps.steady & ~_BYTE | self.od.number(STEADY, 1)
-        lamps.blinking = lamps.blinking & ~_BYTE | self.od.number(BLINKING, 1)
+        steady = self.od.number(STEADY, 1, lamps.steady & _BYTE)
+        blinking = self.od.number(BLINKING, 1, lamps.blinking & _BYTE)
+        lamps.steady = lamps.steady & ~_BYTE | steady
+        lamps.blinking = lamps.blinking & ~_BYTE | blinking

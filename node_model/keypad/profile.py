@@ -32,6 +32,8 @@ class Profile:
     kind: ClassVar[str] = "keypad"
 
     name: str = "keypad"
+    eds: str = ""
+    """Path of the EDS file whose objects it has; "" = that of the shipped keypad."""
     keys: Mapping[str, int] = field(default_factory=dict)
     key_bytes: int = 1
     releases_reported: bool = True
@@ -60,6 +62,7 @@ def loads(text: str) -> Profile:
     keys, leds = table["keys"], table["leds"]
     return Profile(
         name=table["device"]["name"],
+        eds=table["device"].get("eds", ""),
         keys=dict(keys["bits"]),
         key_bytes=keys["frame_bytes"],
         releases_reported=keys["releases_reported"],

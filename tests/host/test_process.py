@@ -176,7 +176,7 @@ def test_commissioned_parameters_survive_in_the_storage(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        (["--channel", "x", "--eds", "y.eds"], "y.eds: a keypad has an EDS file of its own"),
+        (["--channel", "x", "--eds", "y.eds"], "y.eds"),
         (["--channel", "x", "--profile", "nope"], "no profile 'nope'"),
         (["--channel", "x", "--mutant", "nope"], "'nope'"),
         (["--channel", "x", "--node-id", "200"], "1..15"),

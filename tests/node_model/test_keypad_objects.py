@@ -7,6 +7,7 @@ import pytest
 from node_model.devices import make_device
 from node_model.frame import Frame
 from node_model.node import MS
+from node_model.sheets import shipped
 from tests.node_model.rig import Refused, Rig
 
 
@@ -83,3 +84,16 @@ def test_commissioning_knows_no_sdo() -> None:
     rig.device.hold(frozenset(("on_off", "aut")), 0)
     rig.power_on()
     assert rig.request(0x40, 0x00, 0x10) == []
+
+
+def test_it_serves_the_objects_of_the_eds_file_that_it_is_given() -> None:
+    """Those of keys and LEDs may be missing there; heartbeat and error register are its own."""
+    settings = {"node_id": 3, "bit_rate_code": 2, "heartbeat_ms": 50}
+    sheet = shipped("drive.eds")
+    pad = make_device("keypad", settings={**settings, "sync_time": 0, "debounce": 0}, eds=sheet)
+    rig = Rig(pad, 3)
+    rig.power_on()
+    assert rig.read(0x1017) == 50
+    assert rig.read(0x1001) == 1
+    with pytest.raises(Refused, match=str(0x0602_0000)):
+        rig.read(0x6200, 1)

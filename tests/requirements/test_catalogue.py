@@ -14,7 +14,16 @@ from hypothesis import strategies as st
 
 import hil_tests
 from hil_tests.errors import ConfigError
-from hil_tests.requirements import FACILITIES, Kind, Requirement, load, load_all, near, parse
+from hil_tests.requirements import (
+    FACILITIES,
+    Kind,
+    Requirement,
+    load,
+    load_all,
+    load_with_sheet,
+    near,
+    parse,
+)
 
 ROOT = Path(hil_tests.__file__).parents[1]
 SPECIFICATION = ROOT / ".." / "shared" / "spec" / "keypad.md"
@@ -63,7 +72,8 @@ def test_limits_are_limits_of_the_profile_with_its_defaults() -> None:
 
 def test_every_limit_of_the_profile_judges_something() -> None:
     """A limit that no requirement names would be dead."""
-    used = {limit.name for one in load("keypad").values() for limit in one.limits}
+    asked = (*load("keypad").values(), *load_with_sheet("keypad").values())
+    used = {limit.name for one in asked for limit in one.limits}
     assert used == set(tomllib.loads(PROFILE.read_text("utf-8"))["limits"])
 
 

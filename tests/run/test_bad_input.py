@@ -53,7 +53,7 @@ def assert_readable(run: Judged) -> None:
             ["virtual ends at its own process", "use udp_multicast"],
         ),
         (["--can-budget=soon"], ["--can-budget 'soon' is no time", "ns, us, ms, s, min, h"]),
-        (["--can-eds=x.eds"], ["--can-eds x.eds: a keypad is described by its profile"]),
+        (["--can-eds=x.eds"], ["--can-eds x.eds: no such file"]),
         (
             ["--can-profile=generic", "--can-eds=x.eds"],
             ["--can-eds x.eds: no such file"],

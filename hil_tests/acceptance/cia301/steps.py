@@ -9,6 +9,7 @@ from hil_tests.api import (
     LOOK_ON_NS,
     MS,
     Abort,
+    Bench,
     Cia301Bench,
     EdsObject,
     Frame,
@@ -126,7 +127,7 @@ def beats(sdo: Sdo, period_ms: int = QUICK_MS) -> None:
     bench.expect(beat, after=bench.now(), within=most, requirement="C-HB-03")
 
 
-def quick(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> Seen:
+def quick(bench: Bench, sdo: Sdo, sheet: Sheet) -> Seen:
     """A regular start, and a heartbeat that soon shows the state.
 
     Returns:
@@ -138,11 +139,12 @@ def quick(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> Seen:
     return boot
 
 
-def enter(bench: Cia301Bench, state: State, requirement: str = "C-NMT-04") -> Seen:
-    """Command the device into a state and see that it is there.
+def enter(bench: Bench, state: State, requirement: str = "") -> Seen:
+    """Command the device into a state and see that it is there (C-NMT-04, NMT-04).
 
-    That its heartbeat goes on in stopped is C-HB-07.
+    That its heartbeat goes on in stopped is C-HB-07, or HB-01.
     """
+    ids = bench.watch.expected.ids
     command = bench.nmt(COMMAND_TO[state])
     period_ns = bench.watch.expected.heartbeat_ns
     if state is State.STOPPED and period_ns:
@@ -150,12 +152,12 @@ def enter(bench: Cia301Bench, state: State, requirement: str = "C-NMT-04") -> Se
         beat = matchers.heartbeat(bench.node_id)
         found = bench.first(beat, settled, settled + 2 * period_ns + LOOK_ON_NS)
         text = "the heartbeat goes on in stopped"
-        bench.check(found is not None, text, requirement="C-HB-07", since=command)
-    bench.expect_state(state, after=command, requirement=requirement)
+        bench.check(found is not None, text, requirement=ids.beat_stopped, since=command)
+    bench.expect_state(state, after=command, requirement=requirement or ids.obeyed)
     return command
 
 
-def go(bench: Cia301Bench, state: State) -> Seen:
+def go(bench: Bench, state: State) -> Seen:
     """Command the device into a state, and give it more than the time to get there.
 
     That it gets there in time is C-NMT-21.
@@ -165,15 +167,16 @@ def go(bench: Cia301Bench, state: State) -> Seen:
     return command
 
 
-def reset(bench: Cia301Bench, command: Nmt = Nmt.RESET_NODE) -> Seen:
+def reset(bench: Bench, command: Nmt = Nmt.RESET_NODE) -> Seen:
     """Reset the device and await its boot-up.
 
-    That it comes is C-NMT-11 or C-NMT-12, that it comes in time C-NMT-20.
+    That it comes is C-NMT-11 or C-NMT-12 (NMT-06), that it comes in time C-NMT-20.
 
     Returns:
         The boot-up.
     """
-    missing = "C-NMT-11" if command is Nmt.RESET_NODE else "C-NMT-12"
+    ids = bench.watch.expected.ids
+    missing = ids.reset_node if command is Nmt.RESET_NODE else ids.reset_communication
     return bench.expect_boot_up(bench.nmt(command), missing)
 
 
@@ -222,7 +225,7 @@ def rule_of_missing(
     return "C-EM-01" if any(is_ill_formed(seen.frame) for seen in frames) else requirement
 
 
-def refused(bench: Cia301Bench, outcome: bytes | Abort, what: str, requirement: str = "") -> Abort:
+def refused(bench: Bench, outcome: bytes | Abort, what: str, requirement: str = "") -> Abort:
     """The transfer was refused, with whatever code."""
     text = f"{what} is refused"
     if not isinstance(outcome, Abort):

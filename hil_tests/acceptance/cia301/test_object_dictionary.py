@@ -23,7 +23,7 @@ from hil_tests.acceptance.cia301.steps import (
 )
 from hil_tests.api import (
     Abort,
-    Cia301Bench,
+    Bench,
     Download,
     EdsObject,
     Nmt,
@@ -56,7 +56,7 @@ def is_live(one: EdsObject) -> bool:
 
 
 @pytest.mark.requirement("C-OD-01")
-def test_the_device_type_is_four_bytes(bench: Cia301Bench, sdo: Sdo) -> None:
+def test_the_device_type_is_four_bytes(bench: Bench, sdo: Sdo) -> None:
     """1000h is read with one answer, 43h."""
     bench.start()
     answer = sdo.ask(sdo_frames.read(DEVICE_TYPE, 0))
@@ -64,7 +64,7 @@ def test_the_device_type_is_four_bytes(bench: Cia301Bench, sdo: Sdo) -> None:
 
 
 @pytest.mark.requirement("C-OD-01", "C-OD-05", "C-OD-13")
-def test_nobody_writes_the_device_type(bench: Cia301Bench, sdo: Sdo) -> None:
+def test_nobody_writes_the_device_type(bench: Bench, sdo: Sdo) -> None:
     """A write is refused and changes nothing."""
     bench.start()
     before = sdo.read(DEVICE_TYPE)
@@ -76,7 +76,7 @@ def test_nobody_writes_the_device_type(bench: Cia301Bench, sdo: Sdo) -> None:
 
 
 @pytest.mark.requirement("C-OD-02")
-def test_the_error_register_is_one_byte_in_order(bench: Cia301Bench, sdo: Sdo) -> None:
+def test_the_error_register_is_one_byte_in_order(bench: Bench, sdo: Sdo) -> None:
     """In both states: bit 6 is 0, bit 0 is set with every other, and nobody writes it."""
     bench.start()
     for state in (State.PRE_OPERATIONAL, State.OPERATIONAL):
@@ -90,7 +90,7 @@ def test_the_error_register_is_one_byte_in_order(bench: Cia301Bench, sdo: Sdo) -
     refused(bench, sdo.try_write(ERROR_REGISTER, 0, b"\x00"), "a write to 1001h:00", "C-OD-04")
 
 
-def identity(bench: Cia301Bench, sdo: Sdo) -> list[int]:
+def identity(bench: Bench, sdo: Sdo) -> list[int]:
     """What 1018h says."""
     count = sdo.number(IDENTITY, 0, requirement="C-OD-03")
     bench.check(1 <= count <= 4, f"1018h:00 is 1 to 4; it is {count}")
@@ -98,7 +98,7 @@ def identity(bench: Cia301Bench, sdo: Sdo) -> list[int]:
 
 
 @pytest.mark.requirement("C-OD-03")
-def test_the_identity_never_changes(bench: Cia301Bench, sdo: Sdo) -> None:
+def test_the_identity_never_changes(bench: Bench, sdo: Sdo) -> None:
     """The same vendor and all the rest in two states and after both resets."""
     bench.start()
     known = identity(bench, sdo)
@@ -113,9 +113,7 @@ def test_the_identity_never_changes(bench: Cia301Bench, sdo: Sdo) -> None:
 
 
 @pytest.mark.requirement("C-OD-04")
-def test_what_is_listed_as_readable_can_be_read(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
-) -> None:
+def test_what_is_listed_as_readable_can_be_read(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """Every object of the data sheet, with the number of bytes of its type.
 
     An object may say that it has no data now; one that exists never says that it does not.
@@ -138,7 +136,7 @@ def test_what_is_listed_as_readable_can_be_read(
 
 @pytest.mark.requirement("C-OD-04")
 def test_what_is_listed_as_writable_takes_its_own_value(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
+    bench: Bench, sdo: Sdo, sheet: Sheet
 ) -> None:
     """Every object of the data sheet that can be read and written, but for settings of PDOs."""
     bench.needs_writes("writing every object may write non-volatile memory")
@@ -161,7 +159,7 @@ def test_what_is_listed_as_writable_takes_its_own_value(
 
 @pytest.mark.requirement("C-OD-05", "C-OD-04", "C-OD-13")
 def test_what_is_listed_as_read_only_cannot_be_written(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
+    bench: Bench, sdo: Sdo, sheet: Sheet
 ) -> None:
     """Every such object refuses a value of its size, and keeps its own."""
     bench.needs_writes("an object that should be read-only might store what it is given")
@@ -183,9 +181,7 @@ def test_what_is_listed_as_read_only_cannot_be_written(
 
 
 @pytest.mark.requirement("C-OD-06")
-def test_what_is_listed_as_write_only_cannot_be_read(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
-) -> None:
+def test_what_is_listed_as_write_only_cannot_be_read(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """Every such object refuses a read."""
     secrets = [one for one in sheet if not one.readable]
     if not secrets:
@@ -205,7 +201,7 @@ def absent_indices(sheet: Sheet) -> Iterator[int]:
 
 
 @pytest.mark.requirement("C-OD-07")
-def test_an_index_that_is_not_there_is_refused(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+def test_an_index_that_is_not_there_is_refused(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """For reading and for writing."""
     bench.start()
     index = next(index for index in absent_indices(sheet) if index >= 0x2000)
@@ -215,7 +211,7 @@ def test_an_index_that_is_not_there_is_refused(bench: Cia301Bench, sdo: Sdo, she
 
 
 @pytest.mark.requirement("C-OD-16")
-def test_what_is_not_listed_is_not_there(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+def test_what_is_not_listed_is_not_there(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """Indices next to the listed ones, and some hundred others."""
     bench.start()
     for index in absent_indices(sheet):
@@ -226,9 +222,7 @@ def test_what_is_not_listed_is_not_there(bench: Cia301Bench, sdo: Sdo, sheet: Sh
 
 
 @pytest.mark.requirement("C-OD-08")
-def test_a_sub_index_that_is_not_there_is_refused(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
-) -> None:
+def test_a_sub_index_that_is_not_there_is_refused(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """The one after the last of each structure, and sub-index 1 of each plain variable."""
     bench.start()
     last: dict[int, int] = {}
@@ -264,7 +258,7 @@ def beyond(one: EdsObject, value: int) -> bytes | None:
 
 
 def expect_kept(
-    bench: Cia301Bench, sdo: Sdo, one: EdsObject, data: bytes, codes: accepted.Accepted, rule: str
+    bench: Bench, sdo: Sdo, one: EdsObject, data: bytes, codes: accepted.Accepted, rule: str
 ) -> None:
     """This write is refused, and the object keeps its value."""
     before = sdo.read(one.index, one.sub)
@@ -277,18 +271,18 @@ def expect_kept(
 
 
 @pytest.mark.requirement("C-OD-09", "C-OD-04", "C-OD-13")
-def test_values_above_their_limits_are_refused(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+def test_values_above_their_limits_are_refused(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """One above the upper limit; the limit itself is taken."""
     expect_limits(bench, sdo, bounded(sheet), "C-OD-09")
 
 
 @pytest.mark.requirement("C-OD-10", "C-OD-04", "C-OD-13")
-def test_values_below_their_limits_are_refused(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+def test_values_below_their_limits_are_refused(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """One below the lower limit; the limit itself is taken."""
     expect_limits(bench, sdo, bounded(sheet), "C-OD-10")
 
 
-def expect_limits(bench: Cia301Bench, sdo: Sdo, objects: list[EdsObject], rule: str) -> None:
+def expect_limits(bench: Bench, sdo: Sdo, objects: list[EdsObject], rule: str) -> None:
     """Values up to a limit are taken, the next one is refused."""
     bench.needs_writes("application objects are written")
     bench.start()
@@ -310,7 +304,7 @@ def expect_limits(bench: Cia301Bench, sdo: Sdo, objects: list[EdsObject], rule: 
 
 
 @pytest.mark.requirement("C-OD-11", "C-OD-13")
-def test_values_that_are_too_long_are_refused(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+def test_values_that_are_too_long_are_refused(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """A byte more than each number of the application has."""
     bench.needs_writes("application objects are written")
     bench.start()
@@ -321,7 +315,7 @@ def test_values_that_are_too_long_are_refused(bench: Cia301Bench, sdo: Sdo, shee
 
 
 @pytest.mark.requirement("C-OD-12", "C-OD-13")
-def test_values_that_are_too_short_are_refused(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+def test_values_that_are_too_short_are_refused(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """A byte less than each number of the application has."""
     bench.needs_writes("application objects are written")
     bench.start()
@@ -333,7 +327,7 @@ def test_values_that_are_too_short_are_refused(bench: Cia301Bench, sdo: Sdo, she
 
 @pytest.mark.requirement("C-OD-11", "C-OD-12", "C-OD-13")
 def test_a_heartbeat_time_of_a_wrong_length_is_refused(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
+    bench: Bench, sdo: Sdo, sheet: Sheet
 ) -> None:
     """Four bytes and one byte for the two of 1017h."""
     needs_writable(sheet, (0x1017, 0))
@@ -345,7 +339,7 @@ def test_a_heartbeat_time_of_a_wrong_length_is_refused(
 
 
 @pytest.mark.requirement("C-OD-14")
-def test_defaults_are_those_of_the_data_sheet(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+def test_defaults_are_those_of_the_data_sheet(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """After a start each setting that nobody stored reads its default.
 
     On a device of the user's a setting may have been stored: there a difference is noted.
@@ -369,9 +363,7 @@ def _shown(value: bytes | Abort) -> str:
 
 
 @pytest.mark.requirement("C-OD-17")
-def test_the_default_server_shows_its_identifiers(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
-) -> None:
+def test_the_default_server_shows_its_identifiers(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """1200h:01 and :02 follow from the node id and cannot be written."""
     needs(sheet, (0x1200, 1), (0x1200, 2))
     bench.start()
@@ -386,7 +378,7 @@ def test_the_default_server_shows_its_identifiers(
 
 
 @pytest.mark.requirement("C-OD-18")
-def test_names_are_printable_and_constant(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+def test_names_are_printable_and_constant(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """1008h, 1009h and 100Ah, read twice; the client counts the bytes against the size told."""
     names = [index for index in STRINGS if sheet.get(index) is not None]
     if not names:

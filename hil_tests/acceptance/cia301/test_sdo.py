@@ -16,7 +16,7 @@ from hil_tests.acceptance.cia301.steps import (
 )
 from hil_tests.api import (
     Abort,
-    Cia301Bench,
+    Bench,
     Download,
     NotApplicable,
     S,
@@ -37,7 +37,7 @@ NAME = 0x1008
 TEXT = b"a text that takes several segments to write"
 
 
-def begin_reading_segments(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> int:
+def begin_reading_segments(bench: Bench, sdo: Sdo, sheet: Sheet) -> int:
     """A read in segments has begun; the index that is read."""
     for index in (NAME, 0x1009, 0x100A):
         if sheet.get(index) is None:
@@ -55,9 +55,7 @@ def begin_reading_segments(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> int:
 
 
 @pytest.mark.requirement("C-SD-01")
-def test_an_abort_names_the_object_of_the_request(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
-) -> None:
+def test_an_abort_names_the_object_of_the_request(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """A read of something that is not there: 80h with its index and sub-index."""
     known = {one.index for one in sheet}
     absent = next(index for index in range(0x5FFF, 0x2000, -1) if index not in known)
@@ -70,7 +68,7 @@ def test_an_abort_names_the_object_of_the_request(
 
 
 @pytest.mark.requirement("C-SD-02")
-def test_an_expedited_read_tells_its_size(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+def test_an_expedited_read_tells_its_size(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """Every object of one to four bytes is answered with 4Fh, 4Bh, 47h or 43h."""
     bench.start()
     for one in sheet:
@@ -86,9 +84,7 @@ def test_an_expedited_read_tells_its_size(bench: Cia301Bench, sdo: Sdo, sheet: S
 
 @pytest.mark.requirement("C-SD-03")
 @pytest.mark.parametrize("size", [1, 2, 4])
-def test_an_expedited_write_is_confirmed(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, size: int
-) -> None:
+def test_an_expedited_write_is_confirmed(bench: Bench, sdo: Sdo, sheet: Sheet, size: int) -> None:
     """Numbers of one, two and four bytes, and what was written reads back."""
     bench.needs_writes("an application object is written")
     one = plain_object(sheet, size)
@@ -104,9 +100,7 @@ def test_an_expedited_write_is_confirmed(
 
 
 @pytest.mark.requirement("C-SD-03")
-def test_an_expedited_write_need_not_tell_its_size(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
-) -> None:
+def test_an_expedited_write_need_not_tell_its_size(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """22h is served, or refused for its length; nothing else is."""
     needs_writable(sheet, (PRODUCER, 0))
     bench.start()
@@ -122,7 +116,7 @@ def test_an_expedited_write_need_not_tell_its_size(
 
 
 @pytest.mark.requirement("C-SD-04")
-def test_a_segmented_read_adds_up(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+def test_a_segmented_read_adds_up(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """Strings and domains come with their size and in segments that add up to it."""
     bench.start()
     found = [one for one in sheet if one.readable and not one.kind.size]
@@ -137,7 +131,7 @@ def test_a_segmented_read_adds_up(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) ->
 @pytest.mark.requirement("C-SD-05")
 @pytest.mark.parametrize("size", [1, 2, 4])
 def test_a_short_value_can_be_written_in_segments(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, size: int
+    bench: Bench, sdo: Sdo, sheet: Sheet, size: int
 ) -> None:
     """One, two and four bytes in a single segment, and they read back."""
     bench.needs_writes("an application object is written")
@@ -154,7 +148,7 @@ def test_a_short_value_can_be_written_in_segments(
 
 @pytest.mark.requirement("C-SD-06")
 def test_a_wrong_toggle_bit_of_the_first_segment_is_refused(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
+    bench: Bench, sdo: Sdo, sheet: Sheet
 ) -> None:
     """1 in place of 0 when reading; afterwards the server serves."""
     bench.start()
@@ -164,7 +158,7 @@ def test_a_wrong_toggle_bit_of_the_first_segment_is_refused(
 
 @pytest.mark.requirement("C-SD-06")
 def test_a_wrong_toggle_bit_of_the_second_segment_is_refused(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
+    bench: Bench, sdo: Sdo, sheet: Sheet
 ) -> None:
     """0 a second time when reading."""
     bench.start()
@@ -176,9 +170,7 @@ def test_a_wrong_toggle_bit_of_the_second_segment_is_refused(
 
 
 @pytest.mark.requirement("C-SD-06", "C-OD-13")
-def test_a_wrong_toggle_bit_when_writing_is_refused(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
-) -> None:
+def test_a_wrong_toggle_bit_when_writing_is_refused(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """And the object keeps its value."""
     bench.needs_writes("an application object is written")
     one = long_object(sheet)
@@ -193,7 +185,7 @@ def test_a_wrong_toggle_bit_when_writing_is_refused(
     bench.check(found == TEXT, f"{text}; it is {found!r}", requirement="C-OD-13")
 
 
-def expect_toggle_abort(bench: Cia301Bench, sdo: Sdo, request: bytes, index: int) -> None:
+def expect_toggle_abort(bench: Bench, sdo: Sdo, request: bytes, index: int) -> None:
     """A segment with a wrong toggle bit is refused, and the next transfer is served."""
     answer = sdo.ask(request)
     code = number(answer[4:])
@@ -206,7 +198,7 @@ def expect_toggle_abort(bench: Cia301Bench, sdo: Sdo, request: bytes, index: int
 
 
 @pytest.mark.requirement("C-SD-07")
-def test_an_unknown_command_is_refused(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+def test_an_unknown_command_is_refused(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """E0h, by itself and in the middle of a transfer; which object is named is not judged."""
     bench.start()
     for where in ("by itself", "in the middle of a transfer"):
@@ -220,7 +212,7 @@ def test_an_unknown_command_is_refused(bench: Cia301Bench, sdo: Sdo, sheet: Shee
 
 
 @pytest.mark.requirement("C-SD-07")
-def test_a_segment_of_no_transfer_is_refused(bench: Cia301Bench, sdo: Sdo) -> None:
+def test_a_segment_of_no_transfer_is_refused(bench: Bench, sdo: Sdo) -> None:
     """Reading or writing on where nothing has begun."""
     bench.start()
     for request in (
@@ -234,9 +226,7 @@ def test_a_segment_of_no_transfer_is_refused(bench: Cia301Bench, sdo: Sdo) -> No
 
 
 @pytest.mark.requirement("C-SD-08")
-def test_a_new_transfer_takes_the_place_of_another(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
-) -> None:
+def test_a_new_transfer_takes_the_place_of_another(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """A read begun in segments is left for another read, and then done from the beginning."""
     bench.start()
     index = begin_reading_segments(bench, sdo, sheet)
@@ -246,9 +236,7 @@ def test_a_new_transfer_takes_the_place_of_another(
 
 
 @pytest.mark.requirement("C-SD-08")
-def test_an_abort_of_the_client_is_not_answered(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
-) -> None:
+def test_an_abort_of_the_client_is_not_answered(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """In the middle of a transfer, which it ends, and without one; then the server serves."""
     bench.start()
     index = begin_reading_segments(bench, sdo, sheet)
@@ -263,7 +251,7 @@ def test_an_abort_of_the_client_is_not_answered(
 @pytest.mark.requirement("C-SD-14", "C-OD-13")
 @pytest.mark.parametrize("told", [len(TEXT) - 1, len(TEXT) + 1])
 def test_another_size_than_announced_is_refused(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, told: int
+    bench: Bench, sdo: Sdo, sheet: Sheet, told: int
 ) -> None:
     """One byte too many or too few in a segmented write; the object keeps its value."""
     bench.needs_writes("an application object is written")
@@ -285,7 +273,7 @@ SIZES = (1, 4, 5, 7, 8, 14, 41, 42, 43, 888, 889, 890, 993, 994, 995)
 @pytest.mark.requirement("C-SD-15", "C-SD-05", "C-SD-04")
 @pytest.mark.parametrize("size", SIZES)
 def test_what_was_written_in_segments_reads_back(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, size: int
+    bench: Bench, sdo: Sdo, sheet: Sheet, size: int
 ) -> None:
     """Whatever its size."""
     bench.needs_writes("an application object is written")
@@ -299,7 +287,7 @@ def test_what_was_written_in_segments_reads_back(
 
 @pytest.mark.requirement("C-SD-17")
 def test_what_it_does_when_the_client_stays_away_is_written_down(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
+    bench: Bench, sdo: Sdo, sheet: Sheet
 ) -> None:
     """It aborts, or waits; a new transfer is served in both cases."""
     bench.start()
@@ -320,7 +308,7 @@ def test_what_it_does_when_the_client_stays_away_is_written_down(
 @pytest.mark.requirement("C-SD-18")
 @pytest.mark.parametrize("length", range(8))
 def test_what_it_makes_of_a_short_request_is_written_down(
-    bench: Cia301Bench, sdo: Sdo, length: int
+    bench: Bench, sdo: Sdo, length: int
 ) -> None:
     """Requests of zero to seven bytes; afterwards the server serves."""
     bench.start()
@@ -331,7 +319,7 @@ def test_what_it_makes_of_a_short_request_is_written_down(
 
 
 @pytest.mark.requirement("C-SD-20")
-def test_every_object_is_answered_in_time(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+def test_every_object_is_answered_in_time(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """Each object of the data sheet once; the client measures each answer."""
     bench.start()
     objects = [one for one in sheet if one.readable]
@@ -342,7 +330,7 @@ MANY = 2_000
 
 
 @pytest.mark.requirement("C-RB-09")
-def test_no_answer_is_lost(bench: Cia301Bench, sdo: Sdo) -> None:
+def test_no_answer_is_lost(bench: Bench, sdo: Sdo) -> None:
     """Thousands of reads, one after the other, each with its answer."""
     bench.start()
     count = MANY if bench.stage.virtual else 200
@@ -373,7 +361,7 @@ def is_harmless(data: bytes) -> bool:
 @example(script=[bytes.fromhex("4008100000000000"), bytes.fromhex("A008100001000000")])
 @example(script=[bytes.fromhex("A008100001000000"), bytes.fromhex("A300000000000000")])
 def test_after_any_requests_a_new_transfer_is_served(
-    bench: Cia301Bench, sdo: Sdo, script: list[bytes]
+    bench: Bench, sdo: Sdo, script: list[bytes]
 ) -> None:
     """Requests that write nothing, in any order, leave the server able to serve."""
     bench.begin_example()

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from hil_tests.acceptance.cia301.steps import long_object
 from hil_tests.api import (
     Abort,
+    Bench,
     BlockDownload,
     BlockUpload,
-    Cia301Bench,
     EdsObject,
     NotApplicable,
     Sdo,
@@ -33,7 +33,7 @@ def filled(size: int) -> bytes:
 
 
 def prepared(
-    bench: Cia301Bench,
+    bench: Bench,
     sdo: Sdo,
     sheet: Sheet,
     data: bytes = BEFORE,
@@ -69,7 +69,7 @@ def has_blocks(answer: bytes, command: int, verb: str) -> None:
         raise NotApplicable(f"the device does not {verb} in blocks ({command:02X}h)")
 
 
-def done(bench: Cia301Bench, outcome: bytes | Abort, what: str, requirement: str) -> bytes:
+def done(bench: Bench, outcome: bytes | Abort, what: str, requirement: str) -> bytes:
     """The transfer was served."""
     if isinstance(outcome, Abort):
         text = f"{what} is served; it was refused with {accepted.show_code(outcome.code)}"
@@ -84,7 +84,7 @@ SIZES = (1, 4, 5, 7, 8, 14, 41, 42, 43, 888, 889, 890, 993, 994, 995)
 @pytest.mark.requirement("C-SD-15", "C-SD-10", "C-SD-11", "C-SD-16")
 @pytest.mark.parametrize("size", SIZES)
 def test_a_block_transfer_brings_every_byte(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, size: int
+    bench: Bench, sdo: Sdo, sheet: Sheet, size: int
 ) -> None:
     """Written in blocks it reads the same in blocks and in segments, CRC included."""
     one = prepared(bench, sdo, sheet)
@@ -100,7 +100,7 @@ def test_a_block_transfer_brings_every_byte(
 @pytest.mark.requirement("C-SD-10")
 @pytest.mark.parametrize("lost", [1, 2, 30, 126, 127])
 def test_a_segment_that_was_lost_when_reading_comes_again(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, lost: int
+    bench: Bench, sdo: Sdo, sheet: Sheet, lost: int
 ) -> None:
     """The first, a middle or the last segment of a block; every byte arrives."""
     data = filled(1000)
@@ -113,7 +113,7 @@ def test_a_segment_that_was_lost_when_reading_comes_again(
 @pytest.mark.requirement("C-SD-10")
 @pytest.mark.parametrize("lost", [1, 2, 30, 126])
 def test_a_segment_that_was_lost_when_writing_is_asked_for_again(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, lost: int
+    bench: Bench, sdo: Sdo, sheet: Sheet, lost: int
 ) -> None:
     """The first or a middle segment of a block; the object holds every byte."""
     one = prepared(bench, sdo, sheet, reads=False)
@@ -125,7 +125,7 @@ def test_a_segment_that_was_lost_when_writing_is_asked_for_again(
 
 
 @pytest.mark.requirement("C-SD-11", "C-OD-13")
-def test_a_wrong_crc_is_refused(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+def test_a_wrong_crc_is_refused(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """And the object keeps its value; a server without CRC has nothing to compare."""
     one = prepared(bench, sdo, sheet, reads=False)
     answer = sdo.ask(sdo_frames.block_write(one.index, one.sub, 7))
@@ -137,7 +137,7 @@ def test_a_wrong_crc_is_refused(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> N
     expect_kept(bench, sdo, one)
 
 
-def expect_kept(bench: Cia301Bench, sdo: Sdo, one: EdsObject) -> None:
+def expect_kept(bench: Bench, sdo: Sdo, one: EdsObject) -> None:
     """The object holds what it held before."""
     found = sdo.read(one.index, one.sub)
     text = f"{one.place} keeps its value; it is {found[:20]!r}"
@@ -147,7 +147,7 @@ def expect_kept(bench: Cia301Bench, sdo: Sdo, one: EdsObject) -> None:
 @pytest.mark.requirement("C-SD-14", "C-OD-13")
 @pytest.mark.parametrize("told", [99, 101])
 def test_another_size_than_announced_is_refused_in_blocks(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, told: int
+    bench: Bench, sdo: Sdo, sheet: Sheet, told: int
 ) -> None:
     """One byte too many or too few; the object keeps its value."""
     one = prepared(bench, sdo, sheet, reads=False)
@@ -159,9 +159,7 @@ def test_another_size_than_announced_is_refused_in_blocks(
 
 @pytest.mark.requirement("C-SD-09")
 @pytest.mark.parametrize("block", [0, 128, 255])
-def test_a_block_of_no_length_is_refused(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, block: int
-) -> None:
+def test_a_block_of_no_length_is_refused(bench: Bench, sdo: Sdo, sheet: Sheet, block: int) -> None:
     """0 segments and more than 127 are none."""
     one = prepared(bench, sdo, sheet, writes=False)
     answer = sdo.ask(sdo_frames.block_read(one.index, one.sub, block), "C-SD-09")
@@ -173,9 +171,7 @@ def test_a_block_of_no_length_is_refused(
 
 @pytest.mark.requirement("C-SD-09", "C-SD-10")
 @pytest.mark.parametrize("block", [1, 2, 127])
-def test_a_block_of_any_length_works(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, block: int
-) -> None:
+def test_a_block_of_any_length_works(bench: Bench, sdo: Sdo, sheet: Sheet, block: int) -> None:
     """One segment a block is the least, 127 the most."""
     data = filled(200)
     one = prepared(bench, sdo, sheet, data, writes=False)
@@ -185,9 +181,7 @@ def test_a_block_of_any_length_works(
 
 
 @pytest.mark.requirement("C-SD-12")
-def test_a_sequence_number_that_was_not_is_refused(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
-) -> None:
+def test_a_sequence_number_that_was_not_is_refused(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """More segments of a block confirmed than it has."""
     one = prepared(bench, sdo, sheet, filled(100), writes=False)
     sdo.ask(sdo_frames.block_read(one.index, one.sub, 4))
@@ -202,7 +196,7 @@ def test_a_sequence_number_that_was_not_is_refused(
 
 
 @pytest.mark.requirement("C-SD-12")
-def test_a_segment_without_a_number_is_refused(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+def test_a_segment_without_a_number_is_refused(bench: Bench, sdo: Sdo, sheet: Sheet) -> None:
     """Segments are numbered from 1: one with the number 0 is none of a block write."""
     one = prepared(bench, sdo, sheet, reads=False)
     sdo.ask(sdo_frames.block_write(one.index, one.sub, 14))
@@ -214,14 +208,14 @@ def test_a_segment_without_a_number_is_refused(bench: Cia301Bench, sdo: Sdo, she
     sdo.serves("C-SD-08")
 
 
-def bench_gap(bench: Cia301Bench) -> int:
+def bench_gap(bench: Bench) -> int:
     """In which time a segment of a block surely comes, ns."""
     return bench.profile.limits.command_ns
 
 
 @pytest.mark.requirement("C-SD-13")
 def test_whether_it_switches_protocols_is_written_down(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
+    bench: Bench, sdo: Sdo, sheet: Sheet
 ) -> None:
     """A block read of few bytes with a threshold above; they arrive in both cases."""
     data = filled(10)
@@ -238,7 +232,7 @@ def test_whether_it_switches_protocols_is_written_down(
 @example(data=bytes(7))
 @example(data=bytes(14))
 def test_blocks_and_segments_bring_the_same(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, data: bytes
+    bench: Bench, sdo: Sdo, sheet: Sheet, data: bytes
 ) -> None:
     """Whatever the bytes are."""
     bench.begin_example()
