@@ -116,10 +116,13 @@ def test_a_sheet_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
         make_device("generic", eds=str(tmp_path / "none.eds"))
 
 
-def test_a_keypad_has_a_sheet_of_its_own(tmp_path: Path) -> None:
-    """Another one is refused."""
-    with pytest.raises(UnknownDeviceError, match="a keypad has an EDS file of its own"):
-        make_device("keypad", eds=small(tmp_path))
+def test_a_keypad_may_be_given_a_sheet(tmp_path: Path) -> None:
+    """It takes the place of the one that comes with it, and has to be one."""
+    sheet = small(tmp_path)
+    assert read("keypad").facts.eds == ""
+    assert read("keypad", eds=sheet).facts.eds == sheet
+    with pytest.raises(UnknownDeviceError, match=r"none\.eds:0: it cannot be opened"):
+        make_device("keypad", eds=str(tmp_path / "none.eds"))
 
 
 def test_each_device_has_its_own_objects() -> None:
