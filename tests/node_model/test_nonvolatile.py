@@ -310,3 +310,17 @@ def test_a_device_without_these_objects_restores_its_defaults() -> None:
     write(od, BEAT, 0, 5)
     memory.restore(lambda _: True)
     assert od.number(BEAT) == 1000
+
+
+def test_a_device_without_a_date_has_none_to_clear() -> None:
+    """Saved, changed, and back to the defaults: 1020h is optional."""
+    od = ObjectDictionary([each for each in objects() if each.index != 0x1020])
+    memory = NonVolatile(od)
+    memory.restore(lambda _: True)
+    memory.start(0)
+    for index, signature, value in ((0x1010, SAVE, 5), (0x1011, LOAD, 1000)):
+        write(od, BEAT, 0, 5)
+        write(od, index, 1, signature, 0)
+        passing(memory, 1000 * MS)
+        memory.restore(lambda _: True)
+        assert od.number(BEAT) == value
