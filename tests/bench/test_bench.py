@@ -15,6 +15,7 @@ from hil_tests.bench.virtual import VirtualStage
 from hil_tests.clock import MS, S
 from hil_tests.config import Parameters
 from hil_tests.errors import BenchError
+from hil_tests.explore.lab import Lab
 from hil_tests.judge.cobs import Nmt, State
 from hil_tests.judge.verdict import DeviceFailure, NotRun
 from hil_tests.trace import Sighting
@@ -62,6 +63,15 @@ def test_what_is_not_needed_is_not_preferred_where_it_is_not_allowed() -> None:
     bench.begin()
     assert bench.fresh({"heartbeat_ms": 100}) == HOME
     assert stage.port.sent == []
+
+
+def test_what_is_needed_wins_over_what_is_preferred() -> None:
+    """A test of a long debounce time is not run with a short one because that is quicker."""
+    bench = Lab().bench
+    bench.begin_example()
+    found = bench.fresh({"debounce": 1, "heartbeat_ms": 100}, debounce=5)
+    assert (found.debounce, found.heartbeat_ms) == (5, 100)
+    assert bench.fresh({"debounce": 1}).debounce == 1
 
 
 @pytest.mark.parametrize(

@@ -179,6 +179,16 @@ def test_releases_that_are_never_shown_are_silent() -> None:
     assert blame(timeline(edges, [ENTRY, (2100, A), (3100, 0), (4100, A)])) == "KEY-06"
 
 
+def test_a_key_frame_on_entry_shows_no_release() -> None:
+    """It shows what is held, also on a board whose releases are silent."""
+    edges = [(2000, A), (3000, 0), (6000, A), (7000, 0)]
+    turns = [(4000, False), (5000, True)]
+    told = [ENTRY, (2100, A), (5001, 0), (6100, A)]
+    assert blame(timeline(edges, told, turns)) == "KEY-20"
+    released = [ENTRY, (2100, A), (3100, 0), (5001, 0), (6100, A)]
+    assert blame(timeline(edges, released, turns)) == "KEY-06"
+
+
 def test_board_that_reports_presses_only() -> None:
     """With the profile's word releases may be silent; presses may not, and may look alike."""
     edges = [(2000, A), (3000, 0), (4000, A), (5000, 0)]

@@ -8,8 +8,8 @@ from hil_tests.clock import MS
 from hil_tests.judge.cobs import Nmt, State
 from hil_tests.judge.expected import Expected
 from node_model.frame import Frame
+from tests.judge.cia301_scene import drive, write
 from tests.judge.scene import NODE, Scene, device
-from tests.judge.test_watch_cia301 import drive, write
 
 EVENT = Frame(0x080 + NODE, bytes.fromhex("3081110000000000"))
 RECOVERED = Frame(0x080 + NODE, bytes.fromhex("4081110000000000"))

@@ -124,17 +124,23 @@ def test_node_ids_are_taken_or_refused(
     lss.leave()
 
 
-@pytest.mark.requirement("C-LS-10", "C-LS-03", "C-LS-07")
-def test_a_new_node_id_acts_at_reset_communication(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, lss: Lss
-) -> None:
-    """Until then the old one counts; then the boot-up has the new one. It is put back."""
+def renamed(bench: Cia301Bench, sdo: Sdo, sheet: Sheet, lss: Lss) -> tuple[int, int]:
+    """The device in configuration and given another node id: the one it has, and the new one."""
     known(bench, sdo, sheet)
     may_configure(bench)
     old = bench.node_id
     new = old % 127 + 1
     lss.configure()
     lss.set_node_id(new)
+    return old, new
+
+
+@pytest.mark.requirement("C-LS-10", "C-LS-03", "C-LS-07")
+def test_a_new_node_id_acts_at_reset_communication(
+    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, lss: Lss
+) -> None:
+    """Until then the old one counts; then the boot-up has the new one. It is put back."""
+    old, new = renamed(bench, sdo, sheet, lss)
     told = lss.inquire(4)
     text = f"the node id is {old} until then; it is {told}"
     bench.check(told == old, text, requirement="C-LS-07")
@@ -198,12 +204,7 @@ def test_a_stored_node_id_survives_without_supply(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet, lss: Lss, power: Power
 ) -> None:
     """The supply is cut and comes back: the boot-up has the stored node id. It is put back."""
-    known(bench, sdo, sheet)
-    may_configure(bench)
-    old = bench.node_id
-    new = old % 127 + 1
-    lss.configure()
-    lss.set_node_id(new)
+    old, new = renamed(bench, sdo, sheet, lss)
     if lss.store():
         lss.set_node_id(old)
         lss.leave()

@@ -8,6 +8,7 @@ from node_model.faults.mutants.keys import is_key_frame
 from node_model.faults.parts import Fault
 from node_model.frame import Frame
 from node_model.keypad.operation import Operation
+from node_model.keypad.parameters import DEBOUNCE_STEP_NS
 from node_model.node import MS
 
 # The time.
@@ -21,6 +22,17 @@ class DebounceTooShort(Operation, Fault):
     def debounce_ns(self) -> int:
         """Just past the scan of 10 ms."""
         return max(super().debounce_ns() - 11 * MS, 0)
+
+
+class LongDebounceTooShort(Operation, Fault):
+    """Debounce times above the shortest are 11 ms too short."""
+
+    violates = ("KEY-05", "KEY-04", "COM-10")
+
+    def debounce_ns(self) -> int:
+        """Right for 0 and 1, which is what most boards are set to."""
+        right_ns = super().debounce_ns()
+        return right_ns - 11 * MS if right_ns > DEBOUNCE_STEP_NS else right_ns
 
 
 class DebounceTooLong(Operation, Fault):
@@ -159,6 +171,7 @@ class SecondKeyRidesAlong(Operation, Fault):
 
 FAULTS: tuple[type[Fault], ...] = (
     DebounceTooShort,
+    LongDebounceTooShort,
     DebounceTooLong,
     KeyFrameLate,
     PressesNotDebounced,
