@@ -50,10 +50,11 @@ LONG_NS = 1500 * MS
 
 def answer(bench: KeypadBench, request: Seen, parameters: bytes, requirement: str) -> Seen:
     """A request is answered, which is what `requirement` says; and by the right echo in time."""
+    bench.seek_answer(request, parameters, requirement)
     bench.expect(
         matchers.anything(), after=request, within=3 * ECHO_PERIOD_NS, requirement=requirement
     )
-    return first_echo(bench, request, parameters)
+    return bench.expect_echo(request, parameters)
 
 
 def waiting(bench: KeypadBench) -> Seen | Moment:
@@ -61,16 +62,6 @@ def waiting(bench: KeypadBench) -> Seen | Moment:
     on = bench.enter_commissioning()
     bench.never(matchers.anything(), after=on, for_ns=LONG_NS, requirement="COM-01")
     return on
-
-
-def first_echo(bench: KeypadBench, request: Seen, parameters: bytes) -> Seen:
-    """The first echo, in time."""
-    return bench.expect(
-        matchers.echo(parameters),
-        after=request,
-        within=ECHO_PERIOD_NS + bench.profile.limits.echo_each_ns,
-        requirement="COM-05",
-    )
 
 
 def expect_echoes(bench: KeypadBench, since: Seen, parameters: bytes, count: int) -> list[Seen]:

@@ -6,6 +6,7 @@ to something else; the bench puts the old parameters back before they matter aga
 
 from __future__ import annotations
 
+import attrs
 import pytest
 
 from hil_tests.acceptance.commissioning_steps import (
@@ -14,7 +15,6 @@ from hil_tests.acceptance.commissioning_steps import (
     answer,
     boots_as,
     expect_echoes,
-    first_echo,
     waiting,
 )
 from hil_tests.api import (
@@ -72,13 +72,14 @@ def test_waits_in_silence(bench: KeypadBench, power: Power, keys: Keys, bitrate:
 def test_listens_and_answers_at_125_kbit(
     bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate, code: int
 ) -> None:
-    """Whatever bit rate is stored, commissioning runs at 125 kbit/s in both directions."""
+    """Whatever bit rate is stored or told, commissioning runs at 125 kbit/s both ways."""
     bench.fresh(bit_rate_code=code)
     bench.enter_commissioning()
+    told = payload(attrs.evolve(EXAMPLE, bit_rate_code=code))
 
-    request = bench.request(EXAMPLE)
+    request = bench.request(told)
 
-    answer(bench, request, payload(EXAMPLE), "COM-02")
+    answer(bench, request, told, "COM-02")
 
 
 @pytest.mark.requirement("COM-03")
@@ -96,7 +97,7 @@ def test_wait_detects_no_keys(
         keys.release()
 
     bench.never(matchers.anything(), after=released, for_ns=4 * S)
-    first_echo(bench, bench.request(EXAMPLE), payload(EXAMPLE))
+    bench.expect_echo(bench.request(EXAMPLE), payload(EXAMPLE))
 
 
 @pytest.mark.requirement("COM-03")
@@ -121,7 +122,7 @@ def test_wait_ignores_other_pdos_and_sdos(
         bench.offer(Frame(0x600 + each, data + bytes(2)))
 
     bench.never(matchers.anything(), after=began, for_ns=4 * S)
-    first_echo(bench, bench.request(EXAMPLE), payload(EXAMPLE))
+    bench.expect_echo(bench.request(EXAMPLE), payload(EXAMPLE))
 
 
 @pytest.mark.requirement("COM-04", "COM-05")
@@ -145,7 +146,7 @@ def test_echo_keeps_its_rhythm(
     bench.enter_commissioning()
     request = bench.request(OTHER)
 
-    echo = first_echo(bench, request, payload(OTHER))
+    echo = bench.expect_echo(request, payload(OTHER))
 
     expect_echoes(bench, echo, payload(OTHER), 30)
 
@@ -164,7 +165,7 @@ def test_echo_repeats_every_byte(
     bench.enter_commissioning()
     sent = bytes.fromhex(data)
 
-    echo = first_echo(bench, bench.request(sent), sent)
+    echo = bench.expect_echo(bench.request(sent), sent)
 
     expect_echoes(bench, echo, sent, 2)
 
@@ -176,7 +177,7 @@ def test_echo_limits_are_those_of_the_source(
     """A long echo neither stops nor drifts, and the parameters are safe afterwards."""
     bench.fresh()
     bench.enter_commissioning()
-    echo = first_echo(bench, bench.request(EXAMPLE), payload(EXAMPLE))
+    echo = bench.expect_echo(bench.request(EXAMPLE), payload(EXAMPLE))
 
     echoes = expect_echoes(bench, echo, payload(EXAMPLE), 100)
 
@@ -196,7 +197,7 @@ def test_does_nothing_but_echo(
     old_id = bench.node_id
     bench.enter_commissioning()
     request = bench.request(EXAMPLE)
-    echo = first_echo(bench, request, payload(EXAMPLE))
+    echo = bench.expect_echo(request, payload(EXAMPLE))
 
     keys.release()
     keys.press(keys.names[-1])
@@ -255,7 +256,7 @@ def test_commissioning_ignores_everything_else(
     if bench.collect(matchers.anything(), after=began, until=bench.now()):
         return  # it left the wait, which was observed: what it does now is a consequence
     request = bench.request(EXAMPLE)
-    echo = first_echo(bench, request, payload(EXAMPLE))
+    echo = bench.expect_echo(request, payload(EXAMPLE))
     bench.wait(500 * MS)
     expect_only_echoes(bench, echo, "COM-12")  # before anything was done to it
     begin = expect_echoes(bench, echo, payload(EXAMPLE), 1)[-1]
@@ -275,7 +276,7 @@ def test_length_of_the_echo(
     bench.fresh()
     bench.enter_commissioning()
 
-    echo = first_echo(bench, bench.request(EXAMPLE), payload(EXAMPLE)).frame
+    echo = bench.expect_echo(bench.request(EXAMPLE), payload(EXAMPLE)).frame
 
     rest = echo.data[6:].hex(" ") or "nothing"
     text = f"the echo has {len(echo.data)} bytes; past the sixth stands {rest}"

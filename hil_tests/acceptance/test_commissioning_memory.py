@@ -15,7 +15,6 @@ from hil_tests.acceptance.commissioning_steps import (
     boots_as,
     expect_period,
     expect_report,
-    first_echo,
     waiting,
 )
 from hil_tests.api import (
@@ -42,7 +41,7 @@ def test_only_the_first_message_counts(
     """A second 4F8h changes neither the echo nor the memory."""
     bench.fresh()
     bench.enter_commissioning()
-    echo = first_echo(bench, bench.request(EXAMPLE), payload(EXAMPLE))
+    echo = bench.expect_echo(bench.request(EXAMPLE), payload(EXAMPLE))
     bench.wait(250 * MS)
 
     second = bench.request(OTHER)
@@ -72,7 +71,7 @@ def test_impossible_node_ids_are_ignored(
     request = bench.request(attrs.evolve(OTHER, node_id=node_id))
 
     bench.never(matchers.anything(), after=request, for_ns=500 * MS)
-    first_echo(bench, bench.request(EXAMPLE), payload(EXAMPLE))
+    bench.expect_echo(bench.request(EXAMPLE), payload(EXAMPLE))
 
 
 @pytest.mark.requirement("COM-22", "COM-29")
@@ -115,7 +114,7 @@ def test_malformed_messages_are_ignored(
     sent = bench.offer(frame)
 
     bench.never(matchers.anything(), after=sent, for_ns=500 * MS)
-    first_echo(bench, bench.request(EXAMPLE), payload(EXAMPLE))
+    bench.expect_echo(bench.request(EXAMPLE), payload(EXAMPLE))
 
 
 @pytest.mark.requirement("COM-24")

@@ -15,7 +15,7 @@ from hil_tests.clock import MS, Interval, S, show_span
 from hil_tests.errors import NotAcknowledged
 from hil_tests.judge import matchers
 from hil_tests.judge.causal import Seen
-from hil_tests.judge.cobs import SHOWN, Nmt, State, nmt_frame
+from hil_tests.judge.cobs import ERROR_CONTROL, SHOWN, Nmt, State, nmt_frame
 from hil_tests.judge.matchers import Matcher
 from hil_tests.judge.verdict import (
     DeviceFailure,
@@ -344,7 +344,7 @@ class JudgingBench(BenchCore):
         """Send an NMT command, to the device or to `node_id` (0 = all)."""
         return self.send(nmt_frame(command, self.node_id if node_id is None else node_id))
 
-    def shown_state(self, after: When, requirement: str = "") -> State:
+    def shown_state(self, after: When) -> State:
         """The state that the first heartbeat shows which is due after a command's effect.
 
         Raises:
@@ -357,7 +357,6 @@ class JudgingBench(BenchCore):
         settled = interval_of(after).latest + expected.command_ns
         matcher = matchers.heartbeat(self.node_id)
         patience_ns = expected.heartbeat_each.at_most_ns
-        requirement = requirement or expected.ids.beat
         effect = Interval(settled, settled)
         last: When = effect
         while True:
@@ -368,6 +367,7 @@ class JudgingBench(BenchCore):
             # then it is the one that was wanted, and the next one comes a period after it.
             last = seen
             effect = Interval(settled, max(settled, self.when(seen).latest))
+        requirement = self._beat_rule(seen)
         if seen is None:
             seen = self.expect(matcher, after=last, within=patience_ns, requirement=requirement)
         else:
@@ -379,6 +379,14 @@ class JudgingBench(BenchCore):
             text = f"{seen.frame} shows no NMT state"
             self.fail(text, requirement=expected.ids.beat_form, since=after)
         return state
+
+    def _beat_rule(self, beat: Seen | None) -> str:
+        """The requirement on when a beat comes (None = the next one): the first has its own."""
+        ids, mine = self.watch.expected.ids, matchers.cob(ERROR_CONTROL + self.node_id)
+        places = reversed(range(len(self.trace) if beat is None else beat.index))
+        older = (each.frame for each in map(self.trace.frame, places) if not each.own)
+        last = next(filter(mine.accepts, older), None)
+        return ids.beat_first if last is not None and last.data == b"\x00" else ids.beat
 
     def expect_state(self, state: State, *, after: When, requirement: str = "") -> None:
         """The heartbeat shows `state` once a command has had time to act.

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import attrs
 
@@ -12,7 +13,9 @@ from hil_tests.bench.facilities import Keys, Leds
 from hil_tests.bench.judging import LOOK_ON_NS
 from hil_tests.bench.stage import Stage
 from hil_tests.bench.terms import expected_of, interval_of, lacking
+from hil_tests.clock import exactly
 from hil_tests.config import ECHO_PERIOD_NS, KeypadProfile, Parameters, Setup
+from hil_tests.config.parameters import BIT_RATE_CODES, OTHER_BIT_RATE
 from hil_tests.errors import NotAcknowledged
 from hil_tests.judge import matchers
 from hil_tests.judge.causal import Seen
@@ -64,6 +67,8 @@ class KeypadBench(Bench):
         super().__init__(stage, profile, parameters)
         self.keys = Keys(self, stage.keys, profile.key_bits) if stage.keys else None
         self.leds = Leds(self, stage.leds, profile.led_bits) if stage.leds else None
+        self._stored = parameters
+        """What the device was last known to be commissioned to."""
 
     def start_mode(self) -> str:
         """How the device will start with the keys that are held now."""
@@ -199,8 +204,65 @@ class KeypadBench(Bench):
     def request(self, parameters: Parameters | bytes) -> Seen:
         """Send one 4F8h; from now on the device's parameters count as unknown."""
         data = parameters if isinstance(parameters, bytes) else payload(parameters)
+        self._stored = self.parameters or self._stored
         self.forget()
         return self.offer(Frame(COMMISSION, data))
+
+    def expect_echo(self, request: Seen, data: bytes) -> Seen:
+        """The first echo of these six bytes, in time."""
+        self.seek_answer(request, data, "COM-05")
+        return self.expect(
+            matchers.echo(data), after=request, within=self._echo_within(), requirement="COM-05"
+        )
+
+    def _echo_within(self) -> int:
+        return ECHO_PERIOD_NS + self.profile.limits.echo_each_ns
+
+    def seek_answer(self, request: Seen, data: bytes, silent: str) -> None:
+        """Listen at other bit rates where the node is silent after 4F8h at 125 kbit/s.
+
+        Args:
+            request: the 4F8h.
+            data: its six bytes.
+            silent: the requirement that a node breaks which answers nowhere.
+
+        Raises:
+            DeviceFailure: it answers at another bit rate (COM-02), or nowhere.
+        """
+        if self.first(matchers.anything(), request, request.at + 3 * ECHO_PERIOD_NS) is not None:
+            return
+        self.settle()
+        known = self.watch.quiet_from(self.known_until) > request.at + self._echo_within()
+        tried = []
+        for rate, listen in self._other_rates(data):
+            listen(rate)
+            end = self.now() + 3 * ECHO_PERIOD_NS
+            if self.first(matchers.echo(), exactly(self.now()), end) is not None:
+                text = f"commissioning runs at 125 kbit/s; an echo came at {rate} bit/s"
+                self.fail(text, requirement="COM-02", since=request)
+            tried.append(f", nor at {rate} bit/s")
+        if known:  # else whoever expects the echo says what can be said
+            text = f"an answer to {request.frame} at 125 kbit/s; none came{''.join(tried)}"
+            self.fail(text, requirement=silent, since=request)
+
+    def _other_rates(self, data: bytes) -> Iterator[tuple[int, Callable[[int], None]]]:
+        """Bit rates that a node may wrongly be at, and what brings it to speak there."""
+        if self.bitrate is None:
+            return
+        told = BIT_RATE_CODES.get(data[1], OTHER_BIT_RATE)
+        if told != COMMISSIONING_RATE:
+            yield told, self.tune
+        if self._stored is not None and self._stored.bit_rate != COMMISSIONING_RATE:
+            yield self._stored.bit_rate, partial(self._offer_at, data)
+
+    def _offer_at(self, data: bytes, rate: int) -> None:
+        """Power up for commissioning once more, and send 4F8h at another bit rate."""
+        if self.power:
+            self.power.off()
+        self.tune(rate)
+        self.switch_on()
+        self.wait(self.profile.limits.boot_up_ns)
+        self.post(Frame(COMMISSION, data))
 
     def offer(self, frame: Frame) -> Seen:
         """Send a frame to a node that waits to be commissioned, at 125 kbit/s (COM-02)."""
@@ -228,12 +290,7 @@ class KeypadBench(Bench):
         """
         self.enter_commissioning()
         request = self.request(parameters)
-        first = self.expect(
-            matchers.echo(payload(parameters)),
-            after=request,
-            within=ECHO_PERIOD_NS + self.profile.limits.echo_each_ns,
-            requirement="COM-05",
-        )
+        first = self.expect_echo(request, payload(parameters))
         self.wait(self.profile.limits.store_ns)
         self.leave_commissioning(parameters)
         return first

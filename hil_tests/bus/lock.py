@@ -3,6 +3,8 @@
 Two testers on one bus would judge each other's frames. The lock is `flock` on a small
 file in the temporary directory, so a killed run never leaves it behind; the file names
 the holder for the message that the second run gets. It works for every interface type.
+
+Groups of udp_multicast that share a UDP port hear each other: there the lock is the port's.
 """
 
 from __future__ import annotations
@@ -13,15 +15,19 @@ import re
 import tempfile
 from pathlib import Path
 
+from hil_tests.bus.multicast import Group
 from hil_tests.errors import BusUnavailable
 
 _UNSAFE = re.compile(r"[^A-Za-z0-9_.-]+")
 _LONGEST_NAME = 100
-_LONGEST_PID = 20
+_HOLDER = re.compile(r"(?P<pid>[0-9]{1,20})(?: (?P<channel>[A-Za-z0-9_.:\[\]-]{1,100}))?")
+_LONGEST_HOLDER = 130
+_UNSAFE_CHANNEL = re.compile(r"[^A-Za-z0-9_.:\[\]-]")
+_LAST_PORT = 65535
 
 
 class ChannelLock:
-    """Holds the channel from construction to `release`.
+    """Holds the channel, or the UDP port of a multicast group, from construction to `release`.
 
     Args:
         interface: python-can's name of the interface type, e.g. "socketcan".
@@ -33,7 +39,7 @@ class ChannelLock:
     """
 
     def __init__(self, interface: str, channel: str, folder: Path | None = None) -> None:
-        name = _UNSAFE.sub("_", f"{interface}-{channel}")[:_LONGEST_NAME]
+        name = _UNSAFE.sub("_", f"{interface}-{_wire(interface, channel)}")[:_LONGEST_NAME]
         self.path = (folder or Path(tempfile.gettempdir())) / f"nodeproof-{name}.lock"
         self._file = _open(self.path)
         try:
@@ -41,12 +47,11 @@ class ChannelLock:
         except OSError:
             holder = _holder(self._file)
             self.release()
-            raise BusUnavailable(
-                f"channel {channel!r} ({interface}) is in use by another run, {holder}; "
-                f"wait for it to end, or end it (lock file {self.path})"
-            ) from None
+            taken = f"channel {channel!r} ({interface}) is in use by another run, {holder}; "
+            remedy = f"wait for it to end, or end it (lock file {self.path})"
+            raise BusUnavailable(taken + _way_out(interface, channel) + remedy) from None
         os.ftruncate(self._file, 0)
-        os.pwrite(self._file, f"{os.getpid()}\n".encode(), 0)
+        os.pwrite(self._file, f"{os.getpid()} {_shown(channel)}\n".encode(), 0)
 
     def release(self) -> None:
         """Give the channel back; calling it twice is allowed."""
@@ -76,6 +81,34 @@ def _open(path: Path) -> int:
         ) from None
 
 
+def _wire(interface: str, channel: str) -> str:
+    """What of a channel no two runs may share."""
+    if interface == "udp_multicast":
+        return f"port-{Group.of(channel).port}"
+    return channel
+
+
+def _shown(channel: str) -> str:
+    """A channel as it may stand in a lock file."""
+    return _UNSAFE_CHANNEL.sub("_", channel)[:_LONGEST_NAME]
+
+
+def _way_out(interface: str, channel: str) -> str:
+    """What else can be done where the other run need not be on the same channel."""
+    if interface != "udp_multicast":
+        return ""
+    group = Group.of(channel)
+    other = group.at(group.port + 1 if group.port < _LAST_PORT else group.port - 1)
+    return (
+        f"groups on one UDP port ({group.port}) hear each other, so give this run a port of its "
+        f"own, e.g. --can-iface {other}; or "
+    )
+
+
 def _holder(file: int) -> str:
-    text = os.pread(file, _LONGEST_PID, 0).decode("ascii", "replace").strip()
-    return f"pid {text}" if text.isdecimal() else "pid unknown"
+    text = os.pread(file, _LONGEST_HOLDER, 0).decode("ascii", "replace").strip()
+    found = _HOLDER.fullmatch(text)
+    if found is None:
+        return "pid unknown"
+    where = f" on {found['channel']}" if found["channel"] else ""
+    return f"pid {found['pid']}{where}"

@@ -17,7 +17,6 @@ The only module of the suite that imports `can`, and it does so when a port is o
 from __future__ import annotations
 
 import os
-import re
 import secrets
 import select
 import time
@@ -26,6 +25,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from hil_tests.bus.lock import ChannelLock
+from hil_tests.bus.multicast import Group, hear_own_group_only
 from hil_tests.bus.stamps import Follower, StepWatch, patience_ns
 from hil_tests.clock import MS, US, S, show_span
 from hil_tests.errors import BusUnavailable, FrameNotCarried
@@ -63,7 +63,6 @@ _SLICE_NS = 2 * MS
 """How long to wait in python-can at a time where an interface has no descriptor."""
 _STEP_CHECK_NS = 100 * MS
 _LONGEST_TEXT = 200
-_UDP_PORT = re.compile(r"(?:\[(?P<six>.+)\]|(?P<four>[0-9.]+)):(?P<port>[0-9]{1,5})")
 
 
 class PythonCanPort:
@@ -109,9 +108,8 @@ class PythonCanPort:
         self._message = can.Message
         options: dict[str, Any] = dict(_ECHOING.get(self._interface, {}))
         channel = self._channel
-        if self._tagged and (found := _UDP_PORT.fullmatch(channel)):
-            channel = found["six"] or found["four"]
-            options["port"] = int(found["port"])
+        if self._tagged:
+            channel, options["port"] = Group.of(channel)
         if bit_rate is not None and self.timed:
             options["bitrate"] = bit_rate
         try:
@@ -122,6 +120,8 @@ class PythonCanPort:
                 "its driver and the channel's name"
             ) from error
         self._fd = _descriptor(self._bus)
+        if self._tagged and self._fd is not None:
+            hear_own_group_only(self._fd)
 
     def now(self) -> int:
         """CLOCK_REALTIME in ns."""

@@ -272,6 +272,29 @@ def test_a_heartbeat_that_shows_no_state_fails() -> None:
     assert bench.verdicts[-1].requirement == "HB-02"
 
 
+@pytest.mark.parametrize(
+    ("before", "requirement"), [("00", "HB-06"), ("7F", "HB-01"), (None, "HB-01")]
+)
+@pytest.mark.parametrize("comes", [True, False])
+def test_a_late_first_heartbeat_is_no_fault_of_the_period(
+    before: str | None, requirement: str, comes: bool
+) -> None:
+    """From boot-up to the first beat there is HB-06; the period begins with that beat."""
+    port = FakePort()
+    bench, _ = bench_of(port)
+    bench.begin()
+    if before is not None:
+        port.plays(f"701#{before}", 1 * MS)
+    bench.wait(2 * MS)
+    bench.send(Frame(0x701, b"\x05"))  # our own tell nothing
+    command = bench.nmt(Nmt.START)
+    if comes:
+        port.plays("701#05", command.at + 2 * HOME.heartbeat_ns)
+    with pytest.raises(DeviceFailure):
+        bench.shown_state(command)
+    assert bench.verdicts[-1].requirement == requirement
+
+
 def test_without_heartbeat_no_state_can_be_seen() -> None:
     """A device that is commissioned without heartbeat is not blamed for it."""
     import attrs  # noqa: PLC0415

@@ -43,6 +43,33 @@ def test_other_channels_and_interfaces_are_free(tmp_path: Path) -> None:
         lock.release()
 
 
+@pytest.mark.parametrize("channel", ["239.0.0.2", "239.0.0.1:43113", "[ff15::1]:43113", "ff15::1"])
+def test_groups_on_one_port_exclude_each_other(channel: str, tmp_path: Path) -> None:
+    """Every socket on a UDP port hears all groups on it: the other run and a way out are told."""
+    first = ChannelLock("udp_multicast", "239.0.0.1", tmp_path)
+
+    with pytest.raises(BusUnavailable) as told:
+        ChannelLock("udp_multicast", channel, tmp_path)
+
+    assert f"another run, pid {os.getpid()} on 239.0.0.1; groups on one UDP port (43113)" in (
+        text := str(told.value)
+    )
+    address = "239.0.0." if "239" in channel else "[ff15::1]"
+    assert f"a port of its own, e.g. --can-iface {address}" in text
+    assert ":43114; or wait for it to end" in text
+    first.release()
+
+
+def test_groups_on_ports_of_their_own_are_free(tmp_path: Path) -> None:
+    """The port decides, not the group; the last port's neighbour is the one before it."""
+    held = [ChannelLock("udp_multicast", f"239.0.0.1:{port}", tmp_path) for port in (1, 65535)]
+
+    with pytest.raises(BusUnavailable, match=r"--can-iface 239\.0\.0\.3:65534;"):
+        ChannelLock("udp_multicast", "239.0.0.3:65535", tmp_path)
+    for lock in held:
+        lock.release()
+
+
 def test_lock_dies_with_its_holder(tmp_path: Path) -> None:
     """A process that is killed leaves a file but no lock."""
     program = (

@@ -200,6 +200,26 @@ def test_datagram_that_is_no_frame_is_an_event() -> None:
         assert isinstance(take(port), Sighting)
 
 
+def test_another_group_on_the_same_port_is_not_heard() -> None:
+    """Linux hands a port's sockets the frames of every group: those of others are no evidence."""
+    if not has_multicast():
+        pytest.skip("this machine delivers no multicast to itself")
+    number = free_port()
+    elsewhere = can.Bus("239.74.163.3", interface="udp_multicast", port=number)
+    here = can.Bus(GROUP, interface="udp_multicast", port=number)
+    with (
+        contextlib.closing(PythonCanPort("udp_multicast", f"{GROUP}:{number}")) as port,
+        elsewhere,
+        here,
+    ):
+        elsewhere.send(message(Frame(1)))
+        here.send(message(Frame(2)))
+
+        heard = take(port)
+        assert isinstance(heard, Sighting)
+        assert heard.frame == Frame(2)
+
+
 def test_second_port_on_a_channel_is_refused(pair: Pair) -> None:
     """One tester at a time, on every interface type."""
     port, _ = pair

@@ -113,7 +113,7 @@ class WaitsAtStoredRate(Commissioning, Fault):
 class EchoesAtNewRate(Commissioning, Fault):
     """The echo is sent at the bit rate that was just received."""
 
-    violates = ("COM-02", "COM-05", "COM-04")
+    violates = ("COM-02", "COM-04")
 
     def echo_frame(self, parameters: Parameters) -> Frame:
         """Switch too early."""
