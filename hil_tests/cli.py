@@ -249,10 +249,16 @@ def plain_rows(requirements: Sequence[Requirement]) -> list[str]:
 
     rows = []
     for each in requirements:
-        first, *rest = wrap(each.text, _LONGEST_CELL)
+        first, *rest = wrap(_told(each), _LONGEST_CELL)
         rows.append(f"{each.id:8s}{each.kind.value:9s}{first}")
         rows += [f"{'':17s}{line}" for line in rest]
     return rows
+
+
+def _told(requirement: Requirement) -> str:
+    """Its text, and why no test shows it, where none does."""
+    reason = requirement.untested
+    return f"{requirement.text} Not tested: {reason}" if reason else requirement.text
 
 
 def markdown_rows(requirements: Sequence[Requirement]) -> list[str]:
@@ -265,7 +271,7 @@ def markdown_rows(requirements: Sequence[Requirement]) -> list[str]:
         cells = (
             each.id,
             each.kind.value,
-            each.text,
+            _told(each),
             f"{each.source}, {each.clause}",
             ", ".join(each.needs),
             ", ".join(f"{limit.name} {limit.default}" for limit in each.limits),

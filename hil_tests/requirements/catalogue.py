@@ -54,7 +54,7 @@ else it does is for its own source to say.
 
 _ID = re.compile(r"(?:C-)?[A-Z]{2,4}-[0-9]{2}")
 _TEXTS = ("text", "source", "clause", "class", "origin")
-_FIELDS = (*_TEXTS, "limits", "needs")
+_FIELDS = (*_TEXTS, "limits", "needs", "untested")
 
 
 class Kind(Enum):
@@ -101,6 +101,8 @@ class Requirement:
     limits: tuple[LimitDefault, ...] = ()
     needs: tuple[str, ...] = ()
     """Facilities of the bench without which it is not run."""
+    untested: str = ""
+    """Why no acceptance test can show it; "" = one does."""
 
 
 def load(kind: str) -> Mapping[str, Requirement]:
@@ -189,6 +191,7 @@ def _requirement(key: str, table: Mapping[str, object]) -> Requirement:
         origin=str(table["origin"]),
         limits=tuple(LimitDefault(*pair) for pair in limits.items()),
         needs=tuple(needs),
+        untested=str(table.get("untested", "")),
     )
 
 
@@ -206,6 +209,9 @@ def _problems(key: str, table: object) -> Iterator[str]:
         value = table.get(field)
         if not isinstance(value, str) or not value.strip():
             yield f"{key}.{field}: write a text in quotes"
+    reason = table.get("untested", "some")
+    if not isinstance(reason, str) or not reason.strip():
+        yield f"{key}.untested: write the reason in quotes, or leave it out"
     yield from _word_problems(key, table)
 
 

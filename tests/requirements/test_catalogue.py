@@ -161,6 +161,8 @@ def test_the_smallest_entry_is_read() -> None:
         ('text = "t"', 'text = "t"\nneeds = "keys"', "HB-01.needs: write a list of power"),
         ('text = "t"', 'text = "t"\nlimits = { led = 5 }', "HB-01.limits: write e.g."),
         ('text = "t"', 'text = "t"\nlimits = "led"', "HB-01.limits: write e.g."),
+        ('text = "t"', 'text = "t"\nuntested = ""', "HB-01.untested: write the reason in quotes"),
+        ('text = "t"', 'text = "t"\nuntested = 1', "HB-01.untested: write the reason in quotes"),
         ("[HB-01]", 'x = 1\n["HB-01"]', "'x': is no id"),
     ],
 )

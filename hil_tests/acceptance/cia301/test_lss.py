@@ -290,7 +290,7 @@ def test_fast_scan_finds_a_node_without_a_node_id(
     regain_node_id(bench, lss)
 
 
-@pytest.mark.requirement("C-LS-02")
+@pytest.mark.requirement("C-LS-11")
 @pytest.mark.parametrize("state", RUNNING_STATES, ids=name_of)
 def test_in_which_states_it_listens_is_written_down(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet, lss: Lss, state: State
@@ -300,6 +300,6 @@ def test_in_which_states_it_listens_is_written_down(
     go(bench, state)
     answer = lss.ask(*services.select(identity))
     told = "is served" if answer else "is not served"
-    bench.characteristic("C-LS-02", f"LSS {told} in {state}")
+    bench.characteristic("C-LS-11", f"LSS {told} in {state}")
     lss.leave()
     bench.wait(10 * MS)

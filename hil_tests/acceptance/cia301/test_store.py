@@ -8,10 +8,13 @@ from contextlib import contextmanager
 import pytest
 
 from hil_tests.acceptance.cia301.steps import (
+    CYCLE,
+    OVERFLOW,
     PRODUCER,
     RESTORE,
     STORE,
     WHOLE_AREA,
+    WINDOW,
     beats,
     changeable_setting,
     needs,
@@ -21,6 +24,7 @@ from hil_tests.acceptance.cia301.steps import (
 )
 from hil_tests.api import (
     LOOK_ON_NS,
+    MS,
     Abort,
     Cia301Bench,
     Limits,
@@ -32,6 +36,9 @@ from hil_tests.api import (
     accepted,
     matchers,
     sdo_frames,
+    u8,
+    u16,
+    u32,
 )
 
 PROFILE_AREA = range(0x6000, 0xA000)
@@ -39,6 +46,10 @@ PROFILE_AREA = range(0x6000, 0xA000)
 SAVE, LOAD = b"save", b"load"
 ALL, COMMUNICATION, APPLICATION = 1, 2, 3
 ON_COMMAND, BY_ITSELF = 1, 2
+VERIFY = 0x1020
+"""Date and time of the configuration that is stored."""
+CUTS_MS = (0, 1, 2, 3, 4, 6, 8, 12, 20, 50)
+"""How long after "save" the supply fails."""
 WRONG = (b"SAVE", b"evas", b"load", bytes(4), b"\xff\xff\xff\xff")
 
 
@@ -248,3 +259,91 @@ def test_storing_leaves_the_device_serving(bench: Cia301Bench, sdo: Sdo, sheet: 
         outcome = sdo.try_read(0x1000)
         text = "SDO is served after storing"
         bench.check(not isinstance(outcome, Abort), text, since=began)
+
+
+@pytest.mark.requirement("C-SY-13", "C-ST-04")
+def test_the_settings_of_sync_are_stored(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
+    """Cycle, window and counter, as far as the device has them."""
+    storing(bench, sheet)
+    wanted = {(OVERFLOW, 0): u8(10), (WINDOW, 0): u32(5_000), (CYCLE, 0): u32(20_000)}
+    found = {p: sheet.get(*p) for p in wanted}
+    wanted = {p: data for p, data in wanted.items() if (one := found[p]) and one.writable}
+    if not wanted:
+        raise NotApplicable("the device has no setting of SYNC that can be written")
+    bench.start()
+    if (CYCLE, 0) in wanted and sdo.number(CYCLE):
+        wanted.pop((OVERFLOW, 0), None)  # which cannot be written while there is a cycle
+    with put_back(bench, sdo, *reversed(wanted)):
+        for (index, sub), data in wanted.items():
+            sdo.write(index, sub, data)
+        order(bench, sdo, STORE, ALL, SAVE)
+        reset(bench)
+        for (index, sub), data in wanted.items():
+            value = sdo.read(index, sub)
+            text = f"{shown(index, sub)} is {data.hex()}, as it was stored; it is {value.hex()}"
+            bench.check(value == data, text, requirement="C-SY-13")
+
+
+@pytest.mark.requirement("C-ST-07")
+def test_a_supply_that_fails_while_it_stores_leaves_the_old_or_the_new(
+    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, power: Power
+) -> None:
+    """Two settings that are stored together are both old or both new, whenever it fails."""
+    storing(bench, sheet)
+    needs_writable(sheet, (PRODUCER, 0))
+    other, changed = changeable_setting(sheet)
+    assert other.default is not None
+    values = (changed, other.default.bytes_at(bench.node_id))
+    place = (other.index, other.sub)
+    bench.start()
+    with put_back(bench, sdo, (PRODUCER, 0), place):
+        old = (u16(2000), values[1])
+        write_both(sdo, place, old)
+        order(bench, sdo, STORE, ALL, SAVE)
+        for turn, phase_ms in enumerate(CUTS_MS):
+            new = (u16(2001 + turn), values[turn % 2])
+            write_both(sdo, place, new)
+            sdo.post(sdo_frames.write(STORE, ALL, SAVE))
+            bench.wait(phase_ms * MS)
+            power.off()
+            bench.expect_boot_up(power.on())
+            found = (sdo.read(PRODUCER), sdo.read(*place))
+            text = (
+                f"1017h and {other.place} are {told(old)} or {told(new)}; they are {told(found)}"
+            )
+            bench.check(found in (old, new), text)
+            old = found
+
+
+def write_both(sdo: Sdo, place: tuple[int, int], pair: tuple[bytes, bytes]) -> None:
+    """Two settings that belong together."""
+    sdo.write(PRODUCER, 0, pair[0])
+    sdo.write(*place, pair[1])
+
+
+def told(pair: tuple[bytes, bytes]) -> str:
+    """Two values for people."""
+    return " and ".join(data.hex() for data in pair)
+
+
+@pytest.mark.requirement("C-ST-09")
+def test_the_date_of_a_configuration_is_stored_and_does_not_outlive_it(
+    bench: Cia301Bench, sdo: Sdo, sheet: Sheet
+) -> None:
+    """1020h is what was written before "save", until a setting is changed."""
+    date, time = (VERIFY, 1), (VERIFY, 2)
+    needs_writable(sheet, date, time, (PRODUCER, 0))
+    storing(bench, sheet)
+    bench.start()
+    with put_back(bench, sdo, (PRODUCER, 0), date, time):
+        sdo.write(*date, u32(0x3C5A))
+        sdo.write(*time, u32(0x123456))
+        order(bench, sdo, STORE, ALL, SAVE)
+        reset(bench)
+        found = (sdo.number(*date), sdo.number(*time))
+        text = f"1020h is what was stored; it is {found[0]:X}h and {found[1]:X}h"
+        bench.check(found == (0x3C5A, 0x123456), text)
+        sdo.write(PRODUCER, 0, u16(sdo.number(PRODUCER) ^ 0x400))
+        found = (sdo.number(*date), sdo.number(*time))
+        text = f"1020h is 0 after a change; it is {found[0]:X}h and {found[1]:X}h"
+        bench.check(found == (0, 0), text)

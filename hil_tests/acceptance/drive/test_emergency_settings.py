@@ -188,7 +188,7 @@ def test_after_stopped_errors_are_told_again(
     change(bench, sdo, faults, frozenset())
 
 
-@pytest.mark.requirement("EM-08", "EM-01", "C-NMT-02")
+@pytest.mark.requirement("EM-08", "EM-01", "C-NMT-02", "C-EM-24")
 def test_an_error_at_power_on_is_told_after_the_boot_up(
     bench: Cia301Bench, faults: Faults
 ) -> None:
@@ -200,7 +200,7 @@ def test_an_error_at_power_on_is_told_after_the_boot_up(
     early = bench.collect(emcy(bench), after=since, until=boot.at)
     early = [seen for seen in early if seen.index < boot.index]
     text = f"no message comes before the boot-up; there was {[str(one.frame) for one in early]}"
-    bench.check(not early, text, requirement="C-NMT-02", since=boot)
+    bench.check(not early, text, requirement="C-EM-24", since=boot)
     messages = matchers.emcy(bench.node_id, code=faults.known[name].code)
     bench.expect(messages, after=boot, within=bench.profile.limits.emcy_ns, requirement="EM-01")
     messages_after(bench, faults.heal())

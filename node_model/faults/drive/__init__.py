@@ -3,6 +3,7 @@
 from node_model.faults.drive import (
     application,
     consuming,
+    edges,
     emergencies,
     error_field,
     guarding,
@@ -38,6 +39,7 @@ FAULTS: tuple[type[Fault], ...] = (
     *sdo_blocks.FAULTS,
     *storing.FAULTS,
     *lss.FAULTS,
+    *edges.FAULTS,
 )
 DEVIATIONS: tuple[type[Deviation], ...] = variants.DEVIATIONS
 

@@ -90,7 +90,7 @@ class EmergencyForARefusedRequest(Wrong, Drive):
 class EmergencyBeforeBootUp(Wrong, Drive):
     """An error that is there at power-on is told before the boot-up."""
 
-    violates = ("C-NMT-02",)
+    violates = ("C-NMT-02", "C-EM-24")
 
     def boot(self, now: int) -> Frames:
         return tuple(reversed(super().boot(now)))

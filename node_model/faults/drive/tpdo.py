@@ -180,7 +180,7 @@ class TpdoAlwaysEightBytes(Fault, Tpdo):
 class TpdoKeepsFirstValue(Fault, Tpdo):
     """While the inhibit time lasts the first new value is kept, and the last one is lost."""
 
-    violates = ("C-TP-03",)
+    violates = ("C-TP-03", "C-TP-16")
 
     kept: bytes | None = None
 
