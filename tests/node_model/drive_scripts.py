@@ -348,6 +348,24 @@ def _lss() -> Iterator[Script]:
     yield script(*lose, *found, lss(4, 0), None, None, wait_ns=8 * MS)
 
 
+def _edges() -> Iterator[Script]:
+    for node_id in (9, 127):
+        new = (lss(4, 1), lss(0x11, node_id), nmt(0x82), None, None)
+        yield script(*new, Frame(0x600 + node_id, read(0x1800, 1).data), wait_ns=9 * MS)
+    yield script(read(0x1018, 2), read(0x1018, 0xFF), read(0x1000, 0xFF), read(0x1800, 4))
+    yield (*script(write(0x1017, 0, 1, 2)), Step(900 * MS, None))
+    yield script(write(0x1015, 0, 500, 2), *(errors("vendor"), errors()) * 2, errors("encoder"))
+    yield script(OPERATIONAL, nmt(0x80), nmt(1), nmt(2), nmt(0x82), wait_ns=150 * MS)
+    dated = (write(0x1007, 0, 5000, 4), write(0x1020, 1, 7, 4), write(0x1010, 1, SAVE, 4))
+    looks = (read(0x1007), read(0x1020, 1), write(0x1017, 0, 40, 2), read(0x1020, 1))
+    yield script(*dated, None, nmt(0x81), None, *looks, wait_ns=12 * MS)
+    change = (write(0x1017, 0, 40, 2), write(0x2020, 0, 5, 4), write(0x1010, 1, SAVE, 4))
+    end = (Step(MS, OFF), Step(MS, ON), Step(60 * MS, read(0x1017)), Step(MS, read(0x2020)))
+    yield (*script(*change, wait_ns=MS)[:-1], *end)
+    yield script(lss(4, 1), lss(0x15, 20), BEAT, None, BEAT, None, wait_ns=15 * MS)
+    yield (*script()[:-1], *(Step(70 * MS, power) for power in (OFF, ON) * 3))
+
+
 TOPICS: Mapping[str, Callable[[], Iterator[Script]]] = {
     "network": _network,
     "error control": _error_control,
@@ -359,6 +377,7 @@ TOPICS: Mapping[str, Callable[[], Iterator[Script]]] = {
     "blocks": _blocks,
     "storing": _storing,
     "lss": _lss,
+    "edges": _edges,
 }
 
 

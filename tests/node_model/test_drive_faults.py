@@ -102,6 +102,7 @@ ABOUT = {
     "sdo_blocks": "blocks",
     "storing": "storing",
     "lss": "lss",
+    "edges": "edges",
 }
 """Module of a fault -> topic of the scripts that most likely show it; else that of PDOs."""
 
