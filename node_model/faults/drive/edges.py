@@ -8,7 +8,7 @@ from node_model.faults.parts import Fault
 from node_model.frame import Frame
 from node_model.heartbeat import HeartbeatService, heartbeat_frame
 from node_model.nmt import NmtState
-from node_model.node import MS, NOTHING, Frames, earliest
+from node_model.node import MS, NOTHING, Frames
 from node_model.nonvolatile import Content, NonVolatile, decode, encode
 from node_model.sdo import Channel
 
@@ -96,8 +96,9 @@ class TpdoOnceMore(Fault, Drive):
         super()._fall_silent()
         self._once_at = None
 
-    def _next(self) -> int | None:
-        return earliest(super()._next(), self._once_at)
+    def _next(self) -> int:
+        due = super()._next()
+        return due if self._once_at is None else min(due, self._once_at)
 
     def _fire(self, now: int) -> Frames:
         said = super()._fire(now)
