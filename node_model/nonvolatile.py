@@ -1,4 +1,4 @@
-"""Parameters that survive: 1010h, 1011h and 1020h (CiA 301 4.2.0, 7.5.2.13, .14 and .22).
+"""Parameters that survive: 1010h, 1011h and 1020h (CiA 301 4.2.0, 7.5.2.13, .14 and .23).
 
 Laws: "save" stores the values that a group of parameters has now, "load" forgets those that
 were stored; neither changes a value before the next reset. A power cut at any instant
@@ -193,7 +193,7 @@ class NonVolatile(QuietService):
             self.clear_verification()
 
     def clear_verification(self) -> None:
-        """The configuration is not the one whose date 1020h tells (7.5.2.22)."""
+        """The configuration is not the one whose date 1020h tells (7.5.2.23)."""
         for sub in (1, 2):
             if self._od.has(VERIFY, sub):
                 self._od.put(VERIFY, sub, bytes(4))

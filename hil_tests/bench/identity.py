@@ -1,7 +1,7 @@
 """What a device says of itself: objects 1018h, 1008h, 1009h and 100Ah, read over SDO.
 
 Law: nothing is written and nothing is judged. Whatever goes wrong is a reason in words, and
-what the run finds later does not depend on it. CiA 301 4.2.0, 7.5.2.9 .. 7.5.2.11, 7.5.2.19.
+what the run finds later does not depend on it. CiA 301 4.2.0, 7.5.2.8 .. 7.5.2.10, 7.5.2.21.
 """
 
 from __future__ import annotations

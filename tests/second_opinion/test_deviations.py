@@ -6,6 +6,7 @@ claims the rule, and nothing else is blamed. The suite runs to its end on both d
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -15,6 +16,7 @@ import pytest
 from hil_tests.requirements import load
 from hil_tests.run import outcome
 from tests.second_opinion.third_party import (
+    BIT_RATE,
     EDS,
     VERSIONS,
     DurandDevice,
@@ -37,8 +39,9 @@ def rows(device: str) -> list[Row]:
 
 
 def local_eds() -> str:
-    """The drive's, but for LSS, which LocalNode does not claim to have."""
-    return Path(EDS).read_text("utf-8").replace("LSS_Supported=1", "LSS_Supported=0")
+    """The drive's, but for LSS and bit rates, of which LocalNode knows nothing."""
+    text = Path(EDS).read_text("utf-8").replace("LSS_Supported=1", "LSS_Supported=0")
+    return re.sub(rf"BaudRate_(?!{BIT_RATE // 1000}=)(\d+)=1", r"BaudRate_\1=0", text)
 
 
 DEVICES: Mapping[str, tuple[Callable[[], str], Callable[[int], ThirdParty], int]] = {

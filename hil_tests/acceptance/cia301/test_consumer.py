@@ -1,4 +1,4 @@
-"""A device as heartbeat consumer (CiA 301 4.2.0, 7.2.8.3.2.2 and 7.5.2.17)."""
+"""A device as heartbeat consumer (CiA 301 4.2.0, 7.2.8.3.2.2 and 7.5.2.19)."""
 
 from __future__ import annotations
 

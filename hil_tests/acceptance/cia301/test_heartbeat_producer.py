@@ -1,4 +1,4 @@
-"""The heartbeat that a device produces (CiA 301 4.2.0, 7.2.8.3.2.2 and 7.5.2.18)."""
+"""The heartbeat that a device produces (CiA 301 4.2.0, 7.2.8.3.2.2 and 7.5.2.20)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How PDOs are set up, and what is refused (CiA 301 4.2.0, 7.5.2.34 to 7.5.2.38)."""
+"""How PDOs are set up, and what is refused (CiA 301 4.2.0, 7.5.2.35 to 7.5.2.38)."""
 
 from __future__ import annotations
 

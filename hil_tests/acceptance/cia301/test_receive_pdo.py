@@ -1,4 +1,4 @@
-"""RPDOs of any device that lets them be set up (CiA 301 4.2.0, 7.2.2 and 7.5.2.34)."""
+"""RPDOs of any device that lets them be set up (CiA 301 4.2.0, 7.2.2 and 7.5.2.35)."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """What a device makes of RPDOs and SYNCs that stay away or come late: its own affair.
 
-CiA 301 4.2.0 lets it tell of them, or not (7.2.2.5, 7.5.2.6, 7.5.2.7).
+CiA 301 4.2.0 lets it tell of them, or not (7.5.2.6, 7.5.2.7, 7.5.2.35).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Storing and restoring parameters (CiA 301 4.2.0, 7.5.2.12 and 7.5.2.13)."""
+"""Storing and restoring parameters (CiA 301 4.2.0, 7.5.2.13 and 7.5.2.14)."""
 
 from __future__ import annotations
 
@@ -284,7 +284,7 @@ def test_the_settings_of_sync_are_stored(bench: Cia301Bench, sdo: Sdo, sheet: Sh
             bench.check(value == data, text, requirement="C-SY-13")
 
 
-@pytest.mark.requirement("C-ST-07")
+@pytest.mark.requirement("C-ST-07", "C-ST-04")
 def test_a_supply_that_fails_while_it_stores_leaves_the_old_or_the_new(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet, power: Power
 ) -> None:
@@ -300,6 +300,10 @@ def test_a_supply_that_fails_while_it_stores_leaves_the_old_or_the_new(
         old = (u16(2000), values[1])
         write_both(sdo, place, old)
         order(bench, sdo, STORE, ALL, SAVE)
+        power.off()
+        bench.expect_boot_up(power.on())
+        text = "two settings are as they were stored when the supply comes back"
+        bench.check(read_both(sdo, place) == old, text, requirement="C-ST-04")
         for turn, phase_ms in enumerate(CUTS_MS):
             new = (u16(2001 + turn), values[turn % 2])
             write_both(sdo, place, new)
@@ -307,7 +311,7 @@ def test_a_supply_that_fails_while_it_stores_leaves_the_old_or_the_new(
             bench.wait(phase_ms * MS)
             power.off()
             bench.expect_boot_up(power.on())
-            found = (sdo.read(PRODUCER), sdo.read(*place))
+            found = read_both(sdo, place)
             text = (
                 f"1017h and {other.place} are {told(old)} or {told(new)}; they are {told(found)}"
             )
@@ -319,6 +323,11 @@ def write_both(sdo: Sdo, place: tuple[int, int], pair: tuple[bytes, bytes]) -> N
     """Two settings that belong together."""
     sdo.write(PRODUCER, 0, pair[0])
     sdo.write(*place, pair[1])
+
+
+def read_both(sdo: Sdo, place: tuple[int, int]) -> tuple[bytes, bytes]:
+    """The same two as the device has them."""
+    return sdo.read(PRODUCER), sdo.read(*place)
 
 
 def told(pair: tuple[bytes, bytes]) -> str:

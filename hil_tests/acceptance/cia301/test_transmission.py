@@ -1,4 +1,4 @@
-"""When TPDOs of any device come, and when no more (CiA 301 4.2.0, 7.2.2.5 and 7.5.2.36)."""
+"""When TPDOs of any device come, and when no more (CiA 301 4.2.0, 7.2.2.5 and 7.5.2.37)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""TPDOs of any device that lets them be set up (CiA 301 4.2.0, 7.2.2 and 7.5.2.36)."""
+"""TPDOs of any device that lets them be set up (CiA 301 4.2.0, 7.2.2 and 7.5.2.37)."""
 
 from __future__ import annotations
 
