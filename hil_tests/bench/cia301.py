@@ -6,7 +6,8 @@ gone then. What was stored on purpose is the test's to put back.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
 
 import attrs
 
@@ -18,7 +19,26 @@ from hil_tests.config import Cia301Parameters, Cia301Profile, Setup
 from hil_tests.judge.causal import Seen
 from hil_tests.judge.cobs import Nmt, State
 from hil_tests.judge.expected import Expected, Family
+from hil_tests.judge.settings import Role, role_of
 from hil_tests.judge.verdict import NotRun
+
+if TYPE_CHECKING:
+    from hil_tests.eds import Sheet
+
+UNSIGNED32 = 7
+_EXTENDED = 1 << 29
+_IDENTIFIER = 0x7FF
+
+
+def spoken(sheet: Sheet, node_id: int) -> Iterator[tuple[int, Role]]:
+    """The identifiers that a data sheet gives a device with that node id, and for what."""
+    for one in sheet:
+        if one.data_type != UNSIGNED32 or one.default is None:
+            continue
+        value = int(one.default.at(node_id))
+        role = role_of(one.index, one.sub, value)
+        if role is not None and value & _IDENTIFIER and not value & _EXTENDED:
+            yield value & _IDENTIFIER, role
 
 
 class Cia301Bench(Bench):
@@ -27,6 +47,7 @@ class Cia301Bench(Bench):
     profile: Cia301Profile
     home: Cia301Parameters
     parameters: Cia301Parameters
+    _sheet: Sheet | None = None
 
     def __init__(self, stage: Stage, profile: Cia301Profile, parameters: Cia301Parameters) -> None:
         super().__init__(stage, profile, parameters)
@@ -40,7 +61,18 @@ class Cia301Bench(Bench):
             exclusive=self.stage.exclusive,
             fades=self.stage.fades,
             family=Family.CIA301,
+            speaks=self._speaks(parameters.node_id) if parameters else (),
         )
+
+    def _speaks(self, node_id: int) -> tuple[tuple[int, Role], ...]:
+        """The identifiers of its data sheet: more than four PDOs, further SDO servers."""
+        if self.profile.eds is None:
+            return ()
+        if self._sheet is None:
+            from hil_tests.eds import read_sheet  # noqa: PLC0415 - where a device has one
+
+            self._sheet = read_sheet(self.profile.eds)
+        return tuple(spoken(self._sheet, node_id))
 
     # Where tests start from.
 

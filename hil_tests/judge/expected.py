@@ -8,6 +8,7 @@ from enum import Enum
 
 from hil_tests.clock import FOREVER
 from hil_tests.judge import ids
+from hil_tests.judge.settings import Role
 from hil_tests.judge.verdict import Limits
 
 
@@ -56,6 +57,7 @@ class Expected:
         fade_ns: how long its capacitors may keep it alive once its supply is cut.
         exclusive: nobody else is on the bus, so every frame of others is the device's.
         neighbours: identifiers of stations that the bench itself put on the bus.
+        speaks: identifiers that its electronic data sheet gives it, and for what.
     """
 
     node_id: int | None
@@ -73,6 +75,7 @@ class Expected:
     fade_ns: int = 0
     exclusive: bool = True
     neighbours: frozenset[int] = frozenset()
+    speaks: tuple[tuple[int, Role], ...] = ()
 
     def beating(self, period_ns: int) -> Expected:
         """The same device with another heartbeat period; 0 = it sends none."""

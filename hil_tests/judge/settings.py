@@ -130,14 +130,14 @@ def _setting(request: bytes, when: Interval) -> Setting | None:
     held = {(0x1014, 0): value & _INVALID, (0x1015, 0): value}
     if held.get((index, sub)):
         return EmergenciesHeld()
-    role = _role(index, sub, value)
+    role = role_of(index, sub, value)
     if role is None or not expedited or not value & _IDENTIFIER:
         return None
     return IdentifierSet(value & _IDENTIFIER, role)
 
 
-def _role(index: int, sub: int, value: int) -> Role | None:
-    """What the device will send under the identifier in an object; None = nothing."""
+def role_of(index: int, sub: int, value: int) -> Role | None:
+    """What a device sends under the identifier in an object with this value; None = nothing."""
     if index in _TPDO and sub == 1 and not value & _INVALID:
         return Role.PDO
     if index in _MORE_SERVERS and sub == 2 and not value & _INVALID:

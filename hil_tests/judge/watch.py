@@ -98,6 +98,8 @@ class Watch:
         self._deaf = rate is not None and expected.bit_rate not in {None, rate}
         self._fades_until = -1
         """Its supply was cut, and its capacitors may keep it alive until then."""
+        for can_id, role in expected.speaks:
+            self._admit(can_id, role)
 
     @property
     def owes_boot_up(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import attrs
@@ -15,6 +16,7 @@ from hil_tests.bench.virtual import VirtualStage
 from hil_tests.clock import MS, S
 from hil_tests.config import Cia301Parameters, Cia301Profile, load_profile
 from hil_tests.judge.cobs import Nmt
+from hil_tests.judge.settings import Role
 from hil_tests.judge.verdict import DeviceFailure, NotRun
 from node_model import devices
 from tests.bench.fakes import FakePort, FakeStage
@@ -40,6 +42,80 @@ def fake(port: FakePort | None = None, **options: Any) -> tuple[Cia301Bench, Fak
     bench = Cia301Bench(stage, PROFILE, HOME)
     bench.begin()
     return bench, stage
+
+
+SPEAKERS = """
+[DeviceInfo]
+
+[OptionalObjects]
+SupportedObjects=4
+1=0x1008
+2=0x1014
+3=0x1201
+4=0x1804
+
+[1008]
+ObjectType=0x7
+DataType=0x0009
+AccessType=const
+DefaultValue=name
+
+[1014]
+ObjectType=0x7
+DataType=0x0007
+AccessType=rw
+
+[1201]
+ObjectType=0x9
+SubNumber=2
+
+[1201sub1]
+ObjectType=0x7
+DataType=0x0007
+AccessType=rw
+DefaultValue=$NODEID+0x640
+
+[1201sub2]
+ObjectType=0x7
+DataType=0x0007
+AccessType=rw
+DefaultValue=$NODEID+0x5C0
+
+[1804]
+ObjectType=0x9
+SubNumber=1
+
+[1804sub1]
+ObjectType=0x7
+DataType=0x0007
+AccessType=rw
+DefaultValue={tpdo}
+"""
+
+
+@pytest.mark.parametrize(
+    ("tpdo", "more"),
+    [("0x1C7", [(0x1C7, Role.PDO)]), ("0x800001C7", []), ("0x200001C7", []), ("0", [])],
+    ids=["valid", "invalid", "29 bits", "none"],
+)
+def test_the_judge_knows_the_identifiers_of_the_data_sheet(
+    tmp_path: Path, tpdo: str, more: list[tuple[int, Role]]
+) -> None:
+    """Further SDO servers and PDOs, as they are by default with the node id that it has."""
+    eds = tmp_path / "device.eds"
+    eds.write_text(SPEAKERS.format(tpdo=tpdo), "utf-8")
+    assert isinstance(PROFILE, Cia301Profile)
+    bench = Cia301Bench(FakeStage(FakePort()), attrs.evolve(PROFILE, eds=str(eds)), HOME)
+    for node_id in (5, 9):
+        told = bench.expected(attrs.evolve(HOME, node_id=node_id)).speaks
+        assert list(told) == [(0x5C0 + node_id, Role.SDO), *more]
+
+
+def test_without_a_data_sheet_it_knows_the_default_ones() -> None:
+    """There is nothing to read."""
+    assert isinstance(PROFILE, Cia301Profile)
+    bench = Cia301Bench(FakeStage(FakePort()), attrs.evolve(PROFILE, eds=None), HOME)
+    assert bench.expected(HOME).speaks == ()
 
 
 def test_a_drive_has_no_keys_and_no_leds() -> None:

@@ -9,6 +9,7 @@ import pytest
 from hil_tests.clock import MS
 from hil_tests.judge.cobs import Nmt
 from hil_tests.judge.expected import Family
+from hil_tests.judge.settings import Role
 from hil_tests.judge.verdict import Outcome
 from node_model.frame import Frame
 from tests.judge.cia301_scene import drive, running, write
@@ -142,6 +143,17 @@ def test_what_gives_no_identifier_gives_none(request_: str) -> None:
     write(scene, request_, 200)
     scene.see(Frame(0x1C0, bytes(8)), 210)
     assert scene.blamed(300) == ["C-RB-01"]
+
+
+def test_an_identifier_of_its_data_sheet_is_its_own_from_the_start() -> None:
+    """Also where somebody else may be on the bus."""
+    for exclusive in (True, False):
+        sheet = replace(drive(exclusive=exclusive, heartbeat_ms=0), speaks=((0x5C5, Role.SDO),))
+        scene = Scene(sheet).started()
+        scene.see(Frame(0x5C5, bytes(8)), 60)
+        assert scene.blamed(100) == []
+        scene.see(Frame(0x5C5, bytes(7)), 110)
+        assert scene.blamed(200) == ["C-RB-02"]
 
 
 def test_what_was_refused_admits_nothing() -> None:
