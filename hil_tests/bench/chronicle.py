@@ -11,7 +11,8 @@ Each note is a `Moment`, in its place among the frames. Together with "power", "
 - "wait": a wait that ended late, in real time; "late": what the host of a model kept back;
 - "end", last of all: when nobody looked any more.
 
-Expectations and verdicts are a `Mark` each: they say what was made of the record.
+Expectations and verdicts are a `Mark` each: they say what was made of the record. So is what the
+clock showed when a test read it, in real time.
 """
 
 from __future__ import annotations
@@ -31,6 +32,9 @@ if TYPE_CHECKING:
     from hil_tests.bench.action import LedEdges
     from hil_tests.bench.core import BenchCore
     from hil_tests.config import Setup
+
+CLOCK = "clock"
+"""Kind of a mark: see `reading`."""
 
 FACILITIES = ("power", "keys", "leds", "faults", "bitrate")
 
@@ -62,7 +66,7 @@ def opening(bench: BenchCore) -> Moment:
         "power": bench.power.standing() if bench.power else None,
         "heard": bench.heard_at_all,
     }
-    now = bench.now()
+    now = port.now()
     return Moment("begin", now, now, detail)
 
 
@@ -124,6 +128,11 @@ def mark_of(verdict: Verdict, now: int) -> Mark:
         "effect_at": list(verdict.effect) if verdict.effect else None,
     }
     return Mark(verdict.at if verdict.at is not None else now, str(verdict), data)
+
+
+def reading(now: int) -> Mark:
+    """What the clock showed to a test."""
+    return Mark(now, "the clock is read", {"kind": CLOCK})
 
 
 def expectation(now: int, text: str, since: Interval, limits: Limits, requirement: str) -> Mark:

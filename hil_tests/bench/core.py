@@ -17,6 +17,7 @@ from hil_tests.bench.action import Action
 from hil_tests.bench.census import Census
 from hil_tests.bench.facilities import BitRate, Faults, Keys, Leds, Power
 from hil_tests.bench.rates import Rates
+from hil_tests.bench.reading import ReadClock
 from hil_tests.bench.stage import Stage
 from hil_tests.bench.terms import When, interval_of
 from hil_tests.bus.port import BurstPort
@@ -57,8 +58,9 @@ class BenchCore:
 
     def __init__(self, stage: Stage, profile: DeviceProfile, parameters: Setup | None) -> None:
         self.stage = stage
-        self.now: Callable[[], int] = stage.port.now
-        """The present instant on the clock of the bus, ns."""
+        self._clock = stage.port.now
+        self.now: Callable[[], int] = self._clock if stage.virtual else ReadClock(self)
+        """The present instant on the clock of the bus, ns, for whoever goes by it."""
         self.profile = profile
         self.home: Setup | None = parameters
         self.parameters: Setup | None = parameters
@@ -132,7 +134,7 @@ class BenchCore:
             1_000_000_000 // rate if port.timed else 0,
             frozenset((State.OFF,)) if off else ANY_STATE,
             rate,
-            self.now() if since is None else since,
+            self._clock() if since is None else since,
         )
 
     # The trace.
@@ -144,7 +146,7 @@ class BenchCore:
         self._newest = None
         self._calendar.clear()
         self.verdicts, self._found = [], []
-        self._began_at = self.now()
+        self._began_at = self._clock()
         if sinks:
             self.opening = chronicle.opening(self)
         self.watch = self._new_watch(off=False)
@@ -154,7 +156,7 @@ class BenchCore:
         """A recording begins: the device is set as it was then; nothing of before counts."""
         self.parameters, self.home, self.heard_at_all = parameters, home, heard
         self._later.clear()
-        self._told_at = self.known_until = self.now()
+        self._told_at = self.known_until = self._clock()
 
     def begin_example(self) -> None:
         """An example of a property begins: the one before is counted, and its record let go."""
@@ -175,7 +177,7 @@ class BenchCore:
         self.heard_at_all = self.heard_at_all or self.trace.hears_others()
         self.frames += len(self.trace)
         self.census.add(self.trace)
-        self.bus_ns += max(self.now() - self._began_at, 0)
+        self.bus_ns += max(self._clock() - self._began_at, 0)
 
     def _close_watch(self, *, off: bool, until: int | None = None) -> None:
         """What one watch found up to `until` (None = now) is kept; another begins."""
@@ -289,7 +291,7 @@ class BenchCore:
         """
         calendar = self._calendar
         planned = calendar[0][0] if calendar else FOREVER
-        began_at = self.now()
+        began_at = self._clock()
         later = self._later
         item = later.popleft() if later else self.stage.port.next(min(until, planned), also)
         if item is not None:
@@ -298,7 +300,7 @@ class BenchCore:
             else:
                 self.take(item)
             return True
-        now = self.now()
+        now = self._clock()
         if planned <= until and now >= planned:
             heappop(calendar)[2]()
             return True
@@ -327,9 +329,9 @@ class BenchCore:
             withhold: every frame that comes meanwhile is left for `note`.
         """
         withheld: list[Sighting | BusEvent] = []
-        action.start(self.now())
+        action.start(self._clock())
         try:
-            while not action.poll(self.now()):
+            while not action.poll(self._clock()):
                 while self._later:
                     item = self._later.popleft()
                     if withhold:
@@ -350,14 +352,14 @@ class BenchCore:
         known_until = self.now()
         health = self.stage.health
         for _ in range(_ASKED_AGAIN if health is not None else 0):
-            count = len(self.trace)
-            told_at = self.now()
+            count, told_at = len(self.trace), self.now()
             assert health is not None
             pairs = self.carry_out(health.late())
+            now = self.now()
             for due, sent in pairs:
                 self.lateness.add(due, sent)
             if pairs:
-                self.trace.note(chronicle.lateness(told_at, self.now(), pairs))
+                self.trace.note(chronicle.lateness(told_at, now, pairs))
             self._told_at = told_at
             self.drain()
             if len(self.trace) == count:
@@ -365,23 +367,21 @@ class BenchCore:
         self.drain()
         self.known_until = known_until
 
-    # Doing.
+    # Doing and measuring.
 
     def post(self, frame: Frame) -> None:
         """Queue a frame without waiting for the bus."""
         try:
             self.stage.port.send(frame)
         except FrameNotCarried:
-            self.trace.note(Moment("refused", self.now(), self.now(), {"frame": str(frame)}))
+            self.trace.note(Moment("refused", (now := self._clock()), now, {"frame": str(frame)}))
             raise
-
-    # What was measured.
 
     def record(self, verdict: Verdict) -> Verdict:
         """Keep a verdict for the results."""
         self.verdicts.append(verdict)
         if self.trace.sinks:
-            self.trace.remark(chronicle.mark_of(verdict, self.now()))
+            self.trace.remark(chronicle.mark_of(verdict, self._clock()))
         return verdict
 
     def when(self, thing: When) -> Interval:

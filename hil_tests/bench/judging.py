@@ -153,7 +153,7 @@ class JudgingBench(BenchCore):
                 index += 1
                 if not seen.own and seen.wanted.latest >= since and matcher.accepts(seen.frame):
                     return seen
-            if not self.pump(until) and self.now() >= until:
+            if not self.pump(until) and self._clock() >= until:
                 break
         if self.stage.health is None:
             return None
@@ -210,7 +210,7 @@ class JudgingBench(BenchCore):
     def _late(self, matcher: Matcher, after: When, bound: int) -> Seen | None:
         """A frame that a busy bus or a stalled host has kept back."""
         give_up_at = self.now() + BUSY_PATIENCE_NS
-        while self.watch.quiet_from(self.now()) <= bound and self.now() < give_up_at:
+        while self.watch.quiet_from(self._clock()) <= bound and self._clock() < give_up_at:
             if not self.pump(give_up_at):
                 break
         self.settle()
@@ -321,7 +321,7 @@ class JudgingBench(BenchCore):
                 if seen.own and seen.frame == frame:
                     return seen
                 index += 1
-            if not self.pump(give_up_at) and self.now() >= give_up_at:
+            if not self.pump(give_up_at) and self._clock() >= give_up_at:
                 self._not_acknowledged(frame, requirement)
 
     def _not_acknowledged(self, frame: Frame, requirement: str) -> NoReturn:

@@ -74,6 +74,14 @@ class Port(Protocol):
 
 
 @runtime_checkable
+class ToldPort(Port, Protocol):
+    """A port of which it is known what its clock showed when a test read it."""
+
+    def told(self) -> int:
+        """The present instant, as it was read then."""
+
+
+@runtime_checkable
 class BurstPort(Port, Protocol):
     """A port in virtual time: what nobody waits for need not come one by one."""
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hil_tests.bench.chronicle import CLOCK
 from hil_tests.reporting.files import RecordUnreadable
 from hil_tests.reporting.pcapng import read_pcapng
 from hil_tests.trace import BusEvent, Entry, EventKind, Mark, Moment
@@ -18,7 +19,8 @@ class TestRecord:
     Args:
         path: of the file.
         opening: how the bench stood when the test began, and what was tested.
-        entries: frames, events, stimuli and actions in between.
+        entries: frames, events, stimuli and actions in between; and what the clock showed
+            when the test read it, as moments, too.
         end: when nobody looked any more, and what came of it; None = it breaks off.
         marks: expectations and verdicts.
     """
@@ -78,7 +80,10 @@ def load_record(path: Path) -> TestRecord:
     end: Moment | None = None
     for entry in read_pcapng(path):
         if isinstance(entry, Mark):
-            marks.append(entry)
+            if entry.data.get("kind") == CLOCK:
+                entries.append(Moment(CLOCK, entry.at, entry.at))
+            else:
+                marks.append(entry)
         elif isinstance(entry, Moment) and entry.what == "begin":
             opening = opening or entry
         elif isinstance(entry, Moment) and entry.what == "end":

@@ -11,6 +11,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping
 
+from hil_tests.bench.chronicle import CLOCK
 from hil_tests.clock import MS, show_span
 from hil_tests.errors import FrameNotCarried
 from hil_tests.judge.verdict import NotRun
@@ -24,7 +25,7 @@ SLACK_NS = 20 * MS
 ASKED_NS = 200 * MS
 """A host of a model that is asked for its lateness answers within this."""
 
-_PASSIVE = frozenset(("wait", "late"))
+_PASSIVE = frozenset(("wait", "late", CLOCK))
 """What a record says of time and of the host: nothing that a test does."""
 
 
@@ -143,7 +144,10 @@ class Source:
         elif note.what == "wait":
             if until < note.began_at - self._slack_ns or self._is_that(note, until):
                 return False
-        elif note.what != "renew" or note.detail.get("fresh"):
+        elif note.what == CLOCK:
+            if until <= note.began_at and not self._over:
+                return False
+        elif not _is_passive(note):
             return False
         self._place += 1
         return True
@@ -153,7 +157,7 @@ class Source:
         if note.what == "wait" and self._is_that(note, until):
             self._place += 1
             self.now = max(self.now, note.ended_at)
-        elif note.what == "wait":
+        elif note.what in _PASSIVE:
             self.now = until
         elif not self._awaits:
             self._idle(until, note.began_at, f"the record has {words(note)}")
@@ -164,7 +168,7 @@ class Source:
 
     def _overslept(self, until: int) -> bool:
         """Whether this wait ended late in the record, so that it heard more than it should."""
-        _, note = next(self._ahead(), (0, None))
+        note = next((note for _, note in self._ahead() if note.what != CLOCK), None)
         return note is not None and note.what == "wait" and self._is_that(note, until)
 
     def _idle(self, until: int, most: int, there: str) -> None:
@@ -194,11 +198,7 @@ class Source:
 
     def _stimulus(self) -> tuple[int, Moment] | None:
         """The next thing that was done, and its place."""
-        for place, note in self._ahead():
-            passive = note.what in _PASSIVE
-            if not passive and (note.what != "renew" or note.detail.get("fresh")):
-                return place, note
-        return None
+        return next((found for found in self._ahead() if not _is_passive(found[1])), None)
 
     def _ahead(self) -> Iterator[tuple[int, Moment]]:
         """The notes that are still to come, each with its place."""
@@ -265,12 +265,26 @@ class Source:
             raise self._departure(asked, moment.began_at, f"the record has {words(moment)}")
         return found
 
-    # What the host of a model said of itself.
+    # What the clock showed, and what the host of a model said of itself.
+
+    def told(self) -> int:
+        """The test reads the clock: what it showed then, as far as the record knows."""
+        for place in range(self._place, len(self._entries)):
+            note = self._entries[place]
+            if not isinstance(note, Moment):
+                break
+            if place in self._done or (note.what == "renew" and _is_passive(note)):
+                continue
+            if note.what == CLOCK:
+                self._done.add(place)
+                self.now = max(self.now, note.ended_at)
+            break
+        return self.now
 
     def lateness(self) -> list[tuple[int, int]]:
         """What was told since the last call, up to now: pairs of due and sent."""
         for place, note in self._ahead():
-            if note.began_at > self.now + ASKED_NS or note.what not in _PASSIVE:
+            if note.began_at > self.now + ASKED_NS or not _is_passive(note):
                 break
             if note.what == "late":
                 self._hear(note)
@@ -294,6 +308,11 @@ class Source:
         if self._stimulus() is None and self._record.end is not None:
             self._over = True
             self.now = max(self.now, self._record.ends_at)
+
+
+def _is_passive(note: Moment) -> bool:
+    """Whether it says nothing that a test does; what the device is set to follows from that."""
+    return note.what in _PASSIVE or (note.what == "renew" and not note.detail.get("fresh"))
 
 
 def words(moment: Moment) -> str:

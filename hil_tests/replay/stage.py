@@ -47,6 +47,10 @@ class ReplayPort:
         """The instant up to which the record was told."""
         return self.source.now
 
+    def told(self) -> int:
+        """See ToldPort."""
+        return self.source.told()
+
     def send(self, frame: Frame) -> None:
         """See Port."""
         self.source.send(frame)

@@ -31,7 +31,7 @@ class Progress:
 
     def begin(self, bench: Bench, test: str) -> None:
         """A test begins on a bench whose calendar is empty."""
-        began_at, name = bench.now(), test.rpartition("::")[2]
+        began_at, name = bench.stage.port.now(), test.rpartition("::")[2]
 
         def tell(span_ns: int) -> None:
             count = len(bench.trace)

@@ -146,7 +146,7 @@ class Run:
         self.ledger.begin(test, self.folder.relative(file.path) if file else None)
         sink = self._draft or self._sink
         bench.begin(*([sink] if sink else []))
-        self._ended_at = bench.now()
+        self._ended_at = bench.stage.port.now()
         if self._draft:
             self._draft.write(bench.opening)
         elif self._sink:

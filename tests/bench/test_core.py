@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import pytest
 
+from hil_tests.bench.chronicle import CLOCK
 from hil_tests.bench.core import STALL_NS
 from hil_tests.bench.judging import SEND_PATIENCE_NS
 from hil_tests.bench.terms import interval_of
 from hil_tests.clock import MS, Interval, S, exactly
 from hil_tests.errors import BenchError, BusUnavailable
 from hil_tests.judge.causal import Seen
-from hil_tests.trace import BusEvent, EventKind, Moment, Sighting
+from hil_tests.trace import BusEvent, EventKind, Mark, Moment, Sighting
 from node_model.frame import Frame
 from tests.bench.fakes import ECHO_NS, HOME, FakePort, bench_of
 
@@ -23,9 +24,15 @@ class Memory:
     def __init__(self) -> None:
         self.entries: list[object] = []
 
+        self.readings: list[int] = []
+        """What the clock showed, as it was noted."""
+
     def write(self, entry: object) -> None:
         """Keep it."""
-        self.entries.append(entry)
+        if isinstance(entry, Mark) and entry.data.get("kind") == CLOCK:
+            self.readings.append(entry.at)
+        else:
+            self.entries.append(entry)
 
 
 def test_everything_that_happens_while_it_waits_is_recorded() -> None:
@@ -43,6 +50,27 @@ def test_everything_that_happens_while_it_waits_is_recorded() -> None:
     assert bench.now() == 4 * MS
     assert len(bench.trace) == 2
     assert list(bench.trace.entries()) == memory.entries
+
+
+def test_what_the_clock_showed_is_recorded() -> None:
+    """To the test, and where a wait counts from; what the engine reads for itself is not."""
+    port = FakePort()
+    bench, _ = bench_of(port)
+    memory = Memory()
+    bench.begin(memory)
+    port.plays("701#7F", 1 * MS)
+    bench.wait(3 * MS)
+    port.at = 5 * MS
+    assert bench.now() == 5 * MS
+    assert memory.readings == [0, 5 * MS]
+
+
+def test_a_bench_without_a_record_reads_the_clock_all_the_same() -> None:
+    """There is only nowhere to note it."""
+    port = FakePort()
+    bench, _ = bench_of(port)
+    port.at = 5 * MS
+    assert bench.now() == 5 * MS
 
 
 @pytest.mark.parametrize(

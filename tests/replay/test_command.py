@@ -100,3 +100,15 @@ def test_tests_that_are_elsewhere_are_named(
         "--pyargs",
         "hil_tests.acceptance",
     ]
+
+
+@pytest.mark.parametrize("file", ["test_keys.py", "cia301/test_nmt.py"])
+def test_tests_of_an_installed_suite_are_found(
+    file: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Pytest names them from the suite's own folder; a file of that name here goes first."""
+    monkeypatch.chdir(tmp_path)
+    assert command.places([f"{file}::test_a"]) == ["--pyargs", "hil_tests.acceptance"]
+    (tmp_path / file).parent.mkdir(exist_ok=True)
+    (tmp_path / file).touch()
+    assert command.places([f"{file}::test_a"]) == [file]

@@ -7,7 +7,7 @@ import pytest
 from hil_tests.clock import MS
 from hil_tests.errors import FrameNotCarried
 from hil_tests.replay.source import SLACK_NS, Departure
-from hil_tests.trace import BusEvent, EventKind, Moment
+from hil_tests.trace import BusEvent, EventKind, Moment, Sighting
 from node_model.frame import Frame
 from tests.replay.records import START, beat, own, power, source
 
@@ -223,6 +223,16 @@ def test_the_lateness_of_a_host_is_told_when_it_was() -> None:
     assert told.lateness() == [(1, 2), (3, 4)]
 
 
+@pytest.mark.parametrize(("fresh", "told_of"), [(False, True), (True, False)])
+def test_what_the_device_is_set_to_stands_in_nobodys_way(fresh: bool, told_of: bool) -> None:
+    """The bench notes it by itself; another device is something that the test asks for."""
+    renew = Moment("renew", 100, 100, {"parameters": None, "off": True, "fresh": fresh})
+    late = Moment("late", 140, 150, {"pairs": [[1, 2]]})
+    told = source(renew, clock(120), late, virtual=False)
+    assert (told.told() == 120) is told_of
+    assert bool(told.lateness()) is told_of
+
+
 def test_at_its_end_time_goes_on_to_the_end_of_the_record() -> None:
     """Unless something was left to do, or it breaks off."""
     told = source(beat(50))
@@ -243,3 +253,54 @@ def test_a_clock_that_is_read_after_a_frame_is_later_than_its_stamp() -> None:
         told = source(beat(100), beat(300), virtual=virtual)
         assert told.next(200) == beat(100)
         assert told.now == (100 if virtual else 101)
+
+
+def clock(at: int) -> Moment:
+    """The test read the clock."""
+    return Moment("clock", at, at)
+
+
+def test_the_clock_shows_what_it_showed() -> None:
+    """Each reading once and in its place: a test that was kept from running counts from then."""
+    told = source(beat(100), clock(150), clock(160), beat(200), virtual=False)
+    assert told.told() == 0
+    assert told.next(500) == beat(100)
+    assert [told.told(), told.told(), told.told()] == [150, 160, 160]
+    assert told.next(500) == beat(200)
+    assert told.told() == 201
+
+
+@pytest.mark.parametrize(
+    "between", [beat(300), own(300), power(300, on=True), Moment("wait", 200, 300)]
+)
+def test_a_reading_is_not_taken_before_its_turn(between: Sighting | Moment) -> None:
+    """What comes first has to be read, sent, done or waited for."""
+    told = source(beat(100), between, clock(400), virtual=False)
+    assert told.next(250) == beat(100)
+    assert told.told() == 101
+
+
+def test_readings_that_nobody_asks_for_are_passed_over() -> None:
+    """By the test as it is now: frames, waits and stimuli are told all the same."""
+    late = Moment("wait", 200, 240)
+    told = source(clock(50), beat(100), clock(150), late, clock(250), power(300, on=True))
+    assert told.next(200) == beat(100)
+    assert told.next(200) is None
+    assert told.now == 240
+    assert told.await_that("power", {"on": True}, "power on") == power(300, on=True)
+
+
+def test_who_only_looks_takes_no_reading_away() -> None:
+    """A look at the bus that ended before it leaves it to whoever reads the clock."""
+    told = source(beat(100), clock(150), beat(200), virtual=False)
+    assert told.next(120) == beat(100)
+    assert told.next(150) is None
+    assert told.told() == 150
+    assert told.next(200) == beat(200)
+
+
+def test_a_reading_never_sets_time_back() -> None:
+    """A wait of now may be longer than the one that was recorded."""
+    told = source(clock(50), virtual=False)
+    assert told.next(80) is None
+    assert told.told() == 80

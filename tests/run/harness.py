@@ -10,7 +10,7 @@ import subprocess
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -52,17 +52,17 @@ class Judged:
     Args:
         status: exit status.
         text: everything on standard output and standard error.
-        reports: the folder given with --can-reports.
+        reports: the folder given with --can-reports; this run is the latest in it.
     """
 
     status: int
     text: str
     reports: Path
+    folder: Path = field(init=False)
+    """The folder of the run; others may come to lie beside it."""
 
-    @property
-    def folder(self) -> Path:
-        """The folder of the run."""
-        return self.reports / "latest"
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "folder", (self.reports / "latest").resolve())
 
     @property
     def results(self) -> Mapping[str, Any]:

@@ -37,6 +37,17 @@ def test_commissions(bench, power, keys):
     bench.never(matchers.key_frame(bench.node_id), after=bench.now(), for_ns=300 * MS)
 """
 
+KEPT_FROM_RUNNING = """
+@pytest.mark.requirement("HB-01")
+def test_reads_the_clock_late(bench):
+    bench.start(heartbeat_ms=500)
+    beat = matchers.heartbeat(bench.node_id)
+    for _ in range(2):
+        bench.expect(beat, after=bench.now(), within=600 * MS)
+        sum(range(4_000_000))
+        bench.expect(beat, after=bench.now(), within=490 * MS)
+"""
+
 
 def told(run: Judged) -> dict[str, dict[str, str]]:
     """What each test says of each requirement."""
@@ -66,3 +77,16 @@ def test_a_hosted_run_says_the_same_again(mutant: str, tmp_path: Path) -> None:
     assert {"power", "keys", "bitrate", "leds", "renew", "wait"} <= {each.what for each in moments}
     late = [each for each in moments if each.what == "late"]
     assert all(each.detail["pairs"] for each in late)
+
+
+def test_a_test_that_was_kept_from_running_counts_from_when_it_ran(tmp_path: Path) -> None:
+    """Of the time between two frames the record knows what the clock showed."""
+    channel = free_channel()
+    run = judge_apart(
+        tmp_path, KEPT_FROM_RUNNING, "--can-interface=udp_multicast", f"--can-iface={channel}"
+    )
+    recorded = tmp_path / "recorded"
+    shutil.copytree(run.folder, recorded)
+    again = judge_apart(tmp_path, KEPT_FROM_RUNNING, f"--can-replay={recorded}")
+    assert told(again) == told(run), run.text + again.text
+    assert "every verdict is the recorded one" in again.section("replay")
