@@ -2,8 +2,8 @@
 
 Laws: `due` is the earliest deadline of all, and `heard` what all listen to, as if each were
 asked at every call. They are asked only when their answer can be another one: a service that
-is `alone` after its own work; all of them when somebody says so (`stir`, `write`). What they
-listen to is asked after a client has written an object that it is set up by.
+is `alone` after its own work; after a client's write those that the object is of concern to;
+all of them when somebody says so (`stir`).
 """
 
 from __future__ import annotations
@@ -16,6 +16,9 @@ from node_model.service import QuietService, Service
 
 NEVER = 1 << 62
 """An instant that does not come."""
+
+Places = tuple[int, ...]
+"""Of services in the row."""
 
 Receive = Callable[[Frame, int], Frames]
 Listener = tuple[int, Receive]
@@ -50,8 +53,10 @@ class Agenda:
         self._stirred = bool(row)
         self.moved = True
         """Something was said since it was settled."""
-        self._concerned: dict[int, tuple[int, ...]] = {}
-        """Who is set up by an object, for those that were written."""
+        self._concerned: dict[int, tuple[Places, Places]] = {}
+        """Who is timed and who is set up by an object, for those that were written."""
+        self._undated: set[int] = set()
+        """Places of those that may be due at another instant now."""
         self._unasked = set(range(len(row)))
         """Places of those that may listen to something else now."""
         self._heard_by: list[frozenset[int]] = [frozenset()] * len(row)
@@ -68,13 +73,19 @@ class Agenda:
 
     def write(self, index: int) -> None:
         """A client has written an object."""
-        self._stirred = self.moved = True
         concerned = self._concerned.get(index)
         if concerned is None:
-            places = range(len(self.row))
-            concerned = tuple(place for place in places if index in self.row[place].set_up_by)
-            self._concerned[index] = concerned
-        self._unasked.update(concerned)
+            row = list(enumerate(self.row))
+            timed = tuple(place for place, service in row if index in service.timed_by)
+            set_up = tuple(place for place, service in row if index in service.set_up_by)
+            concerned = self._concerned[index] = timed, set_up
+        timed, set_up = concerned
+        if timed:
+            self._undated.update(timed)
+            self.moved = True
+        if set_up:
+            self._unasked.update(set_up)
+            self.moved = True
 
     def acted(self, place: int) -> None:
         """The service there was told something, or was due."""
@@ -97,11 +108,19 @@ class Agenda:
         self.moved = False
         if self._stirred:
             self._stirred = False
+            self._undated.clear()
             dues = self._dues
             for place, deadline in self._timed:
                 due = deadline()
                 dues[place] = NEVER if due is None else due
             self.due = min(dues, default=NEVER)
+        elif self._undated:
+            dues = self._dues
+            for place in self._undated:
+                due = self._deadlines[place]()
+                dues[place] = NEVER if due is None else due
+            self._undated.clear()
+            self.due = min(dues)
         return bool(self._unasked) and self._ask_what_they_hear()
 
     def _ask_what_they_hear(self) -> bool:

@@ -69,6 +69,7 @@ class EmergencyProducer(QuietService):
     """
 
     alone = True
+    timed_by = frozenset((COB_ID, INHIBIT_TIME))
 
     def __init__(
         self, od: ObjectDictionary, node_id: int, change: StateRequest = _no_change

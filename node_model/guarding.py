@@ -33,6 +33,8 @@ class NodeGuarding(QuietService):
         errors: is told of life guarding events.
     """
 
+    timed_by = frozenset((GUARD_TIME, LIFE_TIME_FACTOR, PRODUCER_TIME))
+
     def __init__(self, od: ObjectDictionary, node_id: int, errors: ErrorHandler) -> None:
         self._od = od
         self.node_id = node_id
@@ -40,7 +42,7 @@ class NodeGuarding(QuietService):
         self._toggle = 0
         self._lapse_at: int | None = None
         self._over_at: int | None = None
-        for index in (GUARD_TIME, LIFE_TIME_FACTOR, PRODUCER_TIME):
+        for index in self.timed_by:
             od.observe(index, self._written)
 
     # The verbs of a service.

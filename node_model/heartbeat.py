@@ -63,6 +63,7 @@ class HeartbeatService(QuietService):
     """
 
     alone = True
+    timed_by = frozenset((PRODUCER_TIME,))
 
     def __init__(
         self,

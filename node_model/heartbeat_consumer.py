@@ -56,7 +56,7 @@ class HeartbeatConsumer(QuietService):
         errors: is told of heartbeat events.
     """
 
-    set_up_by = frozenset((CONSUMER_TIME,))
+    set_up_by = timed_by = frozenset((CONSUMER_TIME,))
 
     def __init__(self, od: ObjectDictionary, errors: ErrorHandler) -> None:
         self._od = od

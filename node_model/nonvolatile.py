@@ -70,6 +70,7 @@ class NonVolatile(QuietService):
     """
 
     alone = True
+    timed_by = frozenset((STORE, RESTORE))
 
     def __init__(
         self,

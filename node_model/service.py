@@ -31,6 +31,10 @@ class Service(Protocol):
     def set_up_by(self) -> Container[int]:
         """Indices of the objects that `listens_to` follows from."""
 
+    @property
+    def timed_by(self) -> Container[int]:
+        """Indices of the objects whose being written may change `deadline`."""
+
     def listens_to(self) -> frozenset[int]:
         """Base identifiers of the frames it wants to receive, as it is set up now.
 
@@ -56,8 +60,9 @@ class Service(Protocol):
     def deadline(self) -> int | None:
         """When `advance` must be called next, or None.
 
-        Asked again after its own work, and after all that may concern it: what a client
-        writes, other services that are not `alone`, the application, the NMT state.
+        Asked again after its own work, and after all that may concern it: a client's write of
+        an object of `timed_by`, other services that are not `alone`, the application, the NMT
+        state.
         """
 
     def stop(self) -> None:
@@ -73,6 +78,7 @@ class QuietService:
 
     alone = False
     set_up_by: Container[int] = frozenset()
+    timed_by: Container[int] = frozenset()
     state: NmtState = NmtState.INITIALISING
 
     @property

@@ -45,6 +45,7 @@ class SyncService(QuietService):
     """
 
     set_up_by = frozenset((COB_ID,))
+    timed_by = frozenset((COB_ID, CYCLE_PERIOD, COUNTER_OVERFLOW))
 
     def __init__(
         self,
@@ -63,7 +64,7 @@ class SyncService(QuietService):
         self.synced_at: int | None = None
         od.guard(COB_ID, self._guard_cob_id)
         od.guard(COUNTER_OVERFLOW, self._guard_overflow)
-        for index in (COB_ID, CYCLE_PERIOD, COUNTER_OVERFLOW):
+        for index in self.timed_by:
             od.observe(index, self._written)
 
     def tell(self, listener: SyncListener) -> None:

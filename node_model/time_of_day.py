@@ -32,7 +32,7 @@ class TimeOfDay(QuietService):
     """
 
     alone = True
-    set_up_by = frozenset((COB_ID,))
+    set_up_by = timed_by = frozenset((COB_ID,))
 
     def __init__(self, od: ObjectDictionary, period_ns: int = 0) -> None:
         self._od = od

@@ -79,7 +79,9 @@ class PdoService(QuietService):
         self._synchronous_ids: set[int] = set()
         for pdo in self._pdos:
             od.observe(pdo.parameters.index, self._set_up)
-        for index in sorted({entry.index for entry in od.entries.values() if entry.pdo}):
+        mappable = {entry.index for entry in od.entries.values() if entry.pdo}
+        self.timed_by = mappable.union(self.set_up_by)
+        for index in sorted(mappable):
             od.observe(index, partial(self.written, index))
         sync.tell(self.on_sync)
 

@@ -48,6 +48,7 @@ class SdoServer:
 
     alone = True
     set_up_by: Container[int] = FURTHER
+    timed_by: Container[int] = FURTHER
 
     def __init__(
         self,

@@ -72,9 +72,15 @@ class Part(QuietService):
     """A service that counts how often it is asked."""
 
     def __init__(
-        self, due: int | None = None, *, alone: bool = True, set_up_by: Container[int] = ()
+        self,
+        due: int | None = None,
+        *,
+        alone: bool = True,
+        set_up_by: Container[int] = (),
+        timed_by: Container[int] = (),
     ) -> None:
-        self.due, self.alone, self.set_up_by = due, alone, set_up_by
+        self.due, self.alone = due, alone
+        self.set_up_by, self.timed_by = set_up_by, timed_by
         self.can_ids: set[int] = set()
         self.questions: list[str] = []
 
@@ -151,14 +157,36 @@ def test_what_they_hear_is_asked_after_a_write_that_concerns_them() -> None:
     assert [place for place, _ in agenda.listeners[0x80]] == [0, 1]
 
     agenda.write(0x1006)
+    assert not agenda.moved
     assert not agenda.settle()
-    assert list(answers((first, second))) == [["due"], ["due"]]
+    assert list(answers((first, second))) == [[], []]
     agenda.write(0x1005)
+    assert agenda.moved
     assert not agenda.settle()
-    assert list(answers((first, second))) == [["due", "ids"], ["due"]]
+    assert list(answers((first, second))) == [["ids"], []]
     assert agenda.heard is heard
 
     first.can_ids = {0x81}
     agenda.write(0x1005)
     assert agenda.settle()
     assert agenda.heard == {0x80, 0x81, 0x605}
+
+
+def test_only_who_is_timed_by_an_object_is_asked_after_a_write_of_it() -> None:
+    """Its new deadline counts, also where it has none any more; a stir asks all, and once."""
+    first, second = Part(10, timed_by={0x1006, 0x1007}), Part(20)
+    agenda = settled(first, second)
+    for due, expected in ((30, 20), (5, 5), (None, 20)):
+        first.due = due
+        agenda.write(0x1006)
+        assert agenda.moved
+        assert not agenda.settle()
+        assert list(answers((first, second))) == [["due"], []]
+        assert agenda.due == expected
+
+    agenda.write(0x1007)
+    agenda.stir()
+    agenda.settle()
+    assert list(answers((first, second))) == [["due"], ["due"]]
+    agenda.settle()
+    assert list(answers((first, second))) == [[], []]
