@@ -10,7 +10,7 @@ from __future__ import annotations
 from array import array
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import lru_cache
@@ -62,15 +62,17 @@ class Moment(NamedTuple):
 class Burst:
     """Frames seen one after the other in virtual time, their instants exact, nothing between.
 
-    `own` says that the last one was sent by the tester itself; none before it was.
+    `own` says that the last one was sent by the tester itself; none before it was. `over` says
+    that nothing more comes by the instant up to which they were asked for.
     """
 
-    __slots__ = ("frames", "instants", "own")
+    __slots__ = ("frames", "instants", "over", "own")
 
     def __init__(self) -> None:
         self.frames: list[Frame] = []
         self.instants: list[int] = []
         self.own = False
+        self.over = False
 
     def __len__(self) -> int:
         return len(self.frames)
@@ -118,7 +120,18 @@ class Mark:
 Entry = Sighting | Moment | BusEvent
 
 
-Wanted = Callable[[bool, int, int], bool]
+class Wanted(NamedTuple):
+    """Which frames of a trace are worth reading; our own always are.
+
+    Args:
+        ids: identifiers (an extended one with bit 29 set).
+        zeros_of: of the frames with this identifier only those whose data are all zero.
+    """
+
+    ids: Container[int]
+    zeros_of: int = -1
+
+
 _IDENTIFIER = (1 << 30) - 1
 
 
@@ -243,19 +256,18 @@ class Trace:
             skip: how many of the other entries came before; None = all those that became
                 known before the frame `start - 1`.
         """
-        for entry in self.places(start, skip, lambda *_: True):
+        for entry in self.places(start, skip):
             yield self.frame(entry) if isinstance(entry, int) else entry
 
     def places(
-        self, start: int, skip: int | None, wanted: Wanted
+        self, start: int, skip: int | None, wanted: Wanted | None = None
     ) -> Iterator[int | Moment | BusEvent]:
         """As `entries`, but of the frames only the wanted ones, and of those their index.
 
         Args:
             start: index of the first frame.
             skip: as of `entries`.
-            wanted: asked for each frame: whether it is own, its identifier (an extended one
-                with bit 29 set), and its data as a big-endian number.
+            wanted: these; None = all.
         """
         first = bisect_left(self._places, start) if skip is None else skip
         others = zip(self._places[first:], self._others[first:], strict=True)
@@ -266,12 +278,18 @@ class Trace:
             yield other
         yield from self._wanted(index, len(self), wanted)
 
-    def _wanted(self, start: int, stop: int, wanted: Wanted) -> list[int]:
-        heads, bodies = self._head, self._body
+    def _wanted(self, start: int, stop: int, wanted: Wanted | None) -> Sequence[int]:
+        if wanted is None:
+            return range(start, stop)
+        (ids, zeros_of), bodies = wanted, self._body
         return [
             index
-            for index in range(start, stop)
-            if wanted((head := heads[index]) >= _OWN, head & _IDENTIFIER, bodies[index])
+            for index, head in enumerate(self._head[start:stop], start)
+            if head >= _OWN
+            or (
+                (can_id := head & _IDENTIFIER) in ids
+                and not (can_id == zeros_of and bodies[index])
+            )
         ]
 
     def index_at(self, instant: int) -> int:

@@ -224,6 +224,29 @@ class World:
             self.now = until
         return None
 
+    def solos(self, until: int, most: int, frames: list[Frame], instants: list[int]) -> bool:
+        """What `next_frame` would hand out next, as long as senders are alone on an idle wire.
+
+        Args:
+            until: no frame may end later.
+            most: how many frames there may be in the list.
+            frames: each is added to them.
+            instants: when each has ended.
+
+        Returns:
+            Whether there are as many; else `next_frame` knows what comes.
+        """
+        events, event = self._events, self._event
+        while events and self._flying is None and not self._contest:
+            at = events[0][0]
+            if at > until or (found := event(at, until, None)) is None:
+                break
+            frames.append(found[0])
+            instants.append(found[1])
+            if len(frames) >= most:
+                return True
+        return False
+
     # The parts of it.
 
     def _event(self, at: int, until: int, flying: Waiting | None) -> Delivery | None:

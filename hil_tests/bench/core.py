@@ -20,7 +20,7 @@ from hil_tests.bench.rates import Rates
 from hil_tests.bench.reading import ReadClock
 from hil_tests.bench.stage import Stage
 from hil_tests.bench.terms import When, interval_of
-from hil_tests.bus.port import BurstPort
+from hil_tests.bus.port import FEW, BurstPort
 from hil_tests.clock import FOREVER, MS, Interval, show_span
 from hil_tests.errors import BenchError, FrameNotCarried
 from hil_tests.judge.causal import Lateness, Seen, seen_between
@@ -39,9 +39,6 @@ T = TypeVar("T")
 
 _ASKED_AGAIN = 3
 """How often the host of a model is asked, while frames come that its answer may not cover."""
-
-_FEW = 2
-"""Most waits see no more frames: a burst does not pay for them."""
 
 STALL_NS = 25 * MS
 """A wait that ends this much too late, or more, is told as a stall of the host."""
@@ -260,16 +257,21 @@ class BenchCore:
     def _glide(self, instant: int) -> bool:
         """Frames by the hundred while nothing is planned; whether `instant` has come so."""
         calendar, bursts, next_item = self._calendar, self._bursts, self.stage.port.next
-        singly = _FEW
         while not calendar:
-            if singly == 0 and bursts and (burst := bursts.burst(instant)):
-                index = self.trace.see_all(burst)
-                self._earliest.extend(self.watch.see_all(burst, index))
-            elif (item := next_item(instant)) is not None:
-                self.take(item)
-                singly -= singly > 0
-            else:
+            if bursts is not None:
+                burst = bursts.burst(instant)
+                if len(burst.frames) > FEW:
+                    self._earliest.extend(self.watch.see_all(burst, self.trace.see_all(burst)))
+                elif burst.frames:
+                    for sighting in map(Sighting._make, burst.seen()):
+                        self.take(sighting)
+                if burst.over:
+                    return True
+                if burst.frames:
+                    continue
+            if (item := next_item(instant)) is None:
                 return True
+            self.take(item)
         return False
 
     def at(self, instant: int, action: Callable[[], object]) -> None:
@@ -309,14 +311,11 @@ class BenchCore:
         if late_ns > 0 and until > began_at and not also:
             self.trace.note(Moment("wait", until, now))
         if late_ns > STALL_NS and not also:
-            self._stalled(now, late_ns)
+            # The host did not let us run: say so, it is never the device's fault.
+            self.stalls += 1
+            text = f"the host stopped the suite for {show_span(late_ns)}"
+            self.take(BusEvent(EventKind.STALL, now, text))
         return False
-
-    def _stalled(self, now: int, late_ns: int) -> None:
-        """The host did not let us run: say so, it is never the device's fault."""
-        self.stalls += 1
-        text = f"the host stopped the suite for {show_span(late_ns)}"
-        self.take(BusEvent(EventKind.STALL, now, text))
 
     def carry_out(self, action: Action[T], *, withhold: bool = False) -> T:
         """Start an action and wait for it in the loop that also reads the bus.

@@ -90,13 +90,16 @@ class VirtualPort:
     def burst(self, until: int, most: int = BURST) -> Burst:
         """See BurstPort."""
         world, tester, burst = self.world, self.tester, Burst()
-        errors, next_frame = world.errors, world.next_frame
-        keep, keep_instant = burst.frames.append, burst.instants.append
+        errors, next_frame, frames = world.errors, world.next_frame, burst.frames
+        keep, keep_instant = frames.append, burst.instants.append
         if errors or self._held is not None:
             return burst
-        for _ in range(most):
+        while len(frames) < most:
+            if world.solos(until, most, frames, burst.instants):
+                break
             found = next_frame(until)
             if found is None:
+                burst.over = not errors
                 break
             frame, at, sender, _ = found
             if errors:

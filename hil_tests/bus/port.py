@@ -21,6 +21,9 @@ from node_model.frame import Frame
 BURST = 256
 """How many frames a port in virtual time hands out at once, at most."""
 
+FEW = 2
+"""Most waits see no more frames: to judge them together does not pay."""
+
 
 class Port(Protocol):
     """The tester's end of a bus."""
@@ -89,7 +92,8 @@ class BurstPort(Port, Protocol):
         """Let time pass up to `until`, or to something that needs a closer look.
 
         That is an event, for which `next` has to be called, as for an empty burst. And a burst
-        ends with a frame of the tester's own, for that is a stimulus.
+        ends with a frame of the tester's own, for that is a stimulus. One that is `over` needs
+        no `next`: nothing more comes by then.
 
         Args:
             until: instant on this port's clock.

@@ -134,8 +134,11 @@ class CausalClock:
 
     def see(self, sighting: Sighting, index: int) -> Seen:
         """The causal interval of the next frame of the trace."""
-        (earliest,) = self.requests((sighting,))
-        return self.seen(sighting[0], sighting[1], earliest, sighting[3], index)
+        frame, at, doubt_ns, own = sighting
+        if not self.bit_ns:
+            return seen_between(frame, at, at - doubt_ns, at, own, index)
+        earliest = self._request(frame, at, doubt_ns, own)
+        return seen_between(frame, at, earliest, at - self._last_ns, own, index)
 
     def seen(self, frame: Frame, at: int, earliest: int, own: bool, index: int) -> Seen:
         """A frame with its causal interval, of which the earlier end is known."""
@@ -148,26 +151,25 @@ class CausalClock:
         Args:
             sightings: frame, instant, doubt, whether it is our own.
         """
-        bit_ns, pause_ns = self.bit_ns, self._pause_ns
-        if not bit_ns:
+        if not self.bit_ns:
             return [at - doubt_ns for _, at, doubt_ns, _ in sightings]
-        last, last_ns, last_end = self._last, self._last_ns, self._last_end
-        found = []
-        for frame, at, doubt_ns, own in sightings:
-            if frame is not last:
-                last, last_ns = frame, frame.bits * bit_ns
-            start = at - last_ns
-            earliest = start - (doubt_ns + bit_ns)
-            if earliest > last_end + pause_ns:
-                # The wire was idle: no chain, and the start is the request, to one bit.
-                self._chain_from = earliest
-                self._first = frame
-            else:
-                earliest = self._in_chain(frame, start - doubt_ns, own)
-            last_end = at
-            found.append(earliest)
-        self._last, self._last_ns, self._last_end = last, last_ns, last_end
-        return found
+        request = self._request
+        return [request(frame, at, doubt_ns, own) for frame, at, doubt_ns, own in sightings]
+
+    def _request(self, frame: Frame, at: int, doubt_ns: int, own: bool) -> int:
+        """When the next frame of the trace can have been asked for at the earliest."""
+        if frame is not self._last:
+            self._last, self._last_ns = frame, frame.bits * self.bit_ns
+        start = at - self._last_ns - doubt_ns
+        earliest = start - self.bit_ns
+        if earliest > self._last_end + self._pause_ns:
+            # The wire was idle: no chain, and the start is the request, to one bit.
+            self._chain_from = earliest
+            self._first = frame
+        else:
+            earliest = self._in_chain(frame, start, own)
+        self._last_end = at
+        return earliest
 
     def _begin(self, first: Frame) -> None:
         """A second frame follows the first one of a chain: that becomes evidence."""

@@ -56,7 +56,6 @@ class Expected:
         emcy_ns: from boot-up to its EMCY, at most; of a keypad alone.
         fade_ns: how long its capacitors may keep it alive once its supply is cut.
         exclusive: nobody else is on the bus, so every frame of others is the device's.
-        neighbours: identifiers of stations that the bench itself put on the bus.
         speaks: identifiers that its electronic data sheet gives it, and for what.
     """
 
@@ -74,7 +73,6 @@ class Expected:
     emcy_ns: int = 0
     fade_ns: int = 0
     exclusive: bool = True
-    neighbours: frozenset[int] = frozenset()
     speaks: tuple[tuple[int, Role], ...] = ()
 
     def beating(self, period_ns: int) -> Expected:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 
 from hil_tests.clock import FOREVER, MS, Interval, S
 from hil_tests.judge.causal import CausalClock, Lateness, Seen
@@ -19,16 +18,16 @@ from hil_tests.judge.cobs import (
     RESETS,
     Nmt,
     State,
-    device_ids,
     long_nmt_for,
     nmt_for,
 )
 from hil_tests.judge.expected import Expected, Family
-from hil_tests.judge.frames import DeviceFrames, identifiers
+from hil_tests.judge.frames import DeviceFrames
 from hil_tests.judge.heartbeats import Heartbeats
 from hil_tests.judge.monitors import AllowedFrames, BootUp, Monitor
 from hil_tests.judge.reaction import Reaction
 from hil_tests.judge.settings import HeartbeatSet, IdentifierSet, Role, SdoListener, Setting
+from hil_tests.judge.speakers import Speakers
 from hil_tests.judge.timeline import ANY_STATE, States, StateTimeline
 from hil_tests.judge.verdict import Verdict
 from hil_tests.trace import Burst, BusEvent, Moment, Sighting
@@ -42,12 +41,6 @@ _FRAMES: Mapping[Family, Callable[[Expected, StateTimeline], AllowedFrames | Dev
     Family.CIA301: DeviceFrames,
 }
 """Who knows which frames a device may send."""
-
-_IDENTIFIERS: Mapping[Family, Callable[[int | None], frozenset[int]]] = {
-    Family.KEYPAD: device_ids,
-    Family.CIA301: lambda node_id: frozenset(identifiers(node_id) if node_id else ()),
-}
-"""Under which identifiers it may speak, where others are on the bus as well."""
 
 _MODES = {"commissioning": True, "regular": False}
 
@@ -75,7 +68,8 @@ class Watch:
         self._home = expected
         """As it is after each start."""
         self.timeline = StateTimeline(expected.command_ns, states)
-        self._ids = _IDENTIFIERS[expected.family](expected.node_id)
+        self.speakers = Speakers(expected)
+        self._is_device = self.speakers.are_device
         self._sdo = None if expected.node_id is None else SdoListener(expected.node_id)
         """Hears what the tester sets in the device; None = its node id is not known."""
         self._held: Expected | None = None
@@ -105,11 +99,6 @@ class Watch:
     def owes_boot_up(self) -> bool:
         """The device was switched on or reset, and has not announced itself since."""
         return self._boot.owed
-
-    def _is_device(self, frame: Frame) -> bool:
-        if self.expected.exclusive:
-            return frame.can_id not in self.expected.neighbours
-        return frame.can_id in self._ids and not frame.extended
 
     def see(self, sighting: Sighting, index: int) -> Seen:
         """A frame was seen on the bus; `index` is its place in the trace."""
@@ -222,7 +211,7 @@ class Watch:
     def _is_emcy(self, frame: Frame) -> bool:
         """An emergency message of a device that has 1029h."""
         node_id = self.expected.node_id
-        if not self.expected.ids.reaction or len(frame.data) != 8 or node_id is None:
+        if len(frame.data) != 8 or not self.expected.ids.reaction or node_id is None:
             return False
         role = self._admitted.get(frame.can_id)
         return role is Role.EMCY or (frame.can_id == EMCY + node_id and role is None)
@@ -236,9 +225,7 @@ class Watch:
 
     def retime(self, expected: Expected, when: Interval) -> None:
         """The device beats otherwise from some instant of `when` on."""
-        self.expected = replace(
-            expected, exclusive=self.expected.exclusive, neighbours=self.expected.neighbours
-        )
+        self.expected = expected
         self._beat = None
         self._heartbeats.retimed(expected, self._calm(when))
 
@@ -253,7 +240,7 @@ class Watch:
 
     def _admit(self, can_id: int, role: Role) -> None:
         self._admitted[can_id] = role
-        self._ids |= {can_id}
+        self.speakers.give(can_id)
         self._allowed.admit(can_id, role)
 
     def _answers_poll(self, seen: Seen) -> bool:
@@ -384,8 +371,7 @@ class Watch:
 
     def admit(self, neighbours: frozenset[int]) -> None:
         """The bench puts a station on the bus that sends with these identifiers."""
-        known = self.expected.neighbours | neighbours
-        self.expected = replace(self.expected, neighbours=known)
+        self.speakers.admit(neighbours)
 
     def quiet_from(self, until: int) -> int:
         """A frame asked for before this instant would have ended by `until`."""

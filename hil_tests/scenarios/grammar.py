@@ -34,26 +34,12 @@ class Teller:
         self._powered = powered
         self._waiting = False
         """Powered up to be commissioned."""
-        self._actions: Mapping[str, Callable[[int, str], None]] = {
-            "any-long-span": self._any_long_span,
-            "any-request": self._any_request,
-            "commission": self._commission,
-            "cut": self._cut,
-            "cycle": self._cycle,
-            "flip": self._flip,
-            "flood": self._flood,
-            "linger": self._linger,
-            "nmt": self._nmt,
-            "request": self._request,
-            "wait-mode": self._wait_mode,
-        }
-        """What needs a thought; every other action is a step as it stands."""
 
     def tell(self, after_ns: int, action: str) -> None:
         """One action, `after_ns` after the one before."""
         verb, _, what = action.partition(" ")
-        if verb in self._actions:
-            self._actions[verb](after_ns, what)
+        if verb in self.ACTIONS:
+            self.ACTIONS[verb](self, after_ns, what)
         else:
             self._add(after_ns, verb, what)
 
@@ -133,6 +119,21 @@ class Teller:
         else:
             data = "" if what == "-" else what
             self._add(after_ns, "send", f"4F8#{data}")
+
+    ACTIONS: Mapping[str, Callable[[Teller, int, str], None]] = {
+        "any-long-span": _any_long_span,
+        "any-request": _any_request,
+        "commission": _commission,
+        "cut": _cut,
+        "cycle": _cycle,
+        "flip": _flip,
+        "flood": _flood,
+        "linger": _linger,
+        "nmt": _nmt,
+        "request": _request,
+        "wait-mode": _wait_mode,
+    }
+    """What needs a thought; every other action is a step as it stands."""
 
 
 def told(family: str, number: int, codes: Sequence[int]) -> Scenario:

@@ -76,19 +76,6 @@ class Player:
         self._judged_until: int | None = None
         self._read: tuple[tuple[int, int], Life] | None = None
         """The life under way, as far as the record went when it was read."""
-        self._verbs: Mapping[str, Callable[[str], None]] = {
-            "nmt": self._nmt,
-            "led": lambda what: self._map("led", what),
-            "blink": lambda what: self._map("blink", what),
-            "send": self._raw,
-            "request": self._request,
-            "power": self._power,
-            "rate": self._rate,
-            "load": self._load,
-            "look": lambda _: self._look(),
-            "watch": self._watch,
-            "wait": lambda _: None,
-        }
 
     # From beginning to end.
 
@@ -124,7 +111,7 @@ class Player:
             return
         self._flush()
         self.bench.wait(step.after_ns)
-        self._verbs[step.verb](step.what)
+        self.VERBS[step.verb](self, step.what)
 
     def finish(self) -> list[Verdict]:
         """Let everything show that still must; everything that was wrong, the first first."""
@@ -343,8 +330,11 @@ class Player:
             requirement="NMT-06",
         )
 
-    def _map(self, verb: str, what: str) -> None:
-        self._post(words.map_to(verb, what, self.node_id))
+    def _led(self, what: str) -> None:
+        self._post(words.map_to("led", what, self.node_id))
+
+    def _blink(self, what: str) -> None:
+        self._post(words.map_to("blink", what, self.node_id))
 
     def _raw(self, what: str) -> None:
         if self._post(words.sent_to(what, self.node_id)):
@@ -358,7 +348,7 @@ class Player:
 
     # LEDs.
 
-    def _look(self) -> None:
+    def _look(self, _: str) -> None:
         if self._mode == "operation" and self.bench.leds is not None:
             self.bench.wait(self.limits.led_ns + LINGER_NS)
             self.bench.leds.read()
@@ -370,6 +360,21 @@ class Player:
         if not leds.sees_edges:
             raise NotRun(f"bench {self.bench.stage.name!r} cannot tell when an LED changes")
         leds.watch(words.watched(what))
+
+    VERBS: Mapping[str, Callable[[Player, str], None]] = {
+        "nmt": _nmt,
+        "led": _led,
+        "blink": _blink,
+        "send": _raw,
+        "request": _request,
+        "power": _power,
+        "rate": _rate,
+        "load": _load,
+        "look": _look,
+        "watch": _watch,
+        "wait": lambda *_: None,
+    }
+    """What is done for each verb but "keys"."""
 
 
 def order_of(bench: KeypadBench) -> tuple[str, ...]:

@@ -15,9 +15,10 @@ from hil_tests.judge.glow import GlowRules, Watched, shown
 from hil_tests.judge.keys import Edge, Report, Turn
 from hil_tests.judge.lights import Chance, Event, Leave, Look, Restart, Write
 from hil_tests.judge.starts import Emergency, Start
-from hil_tests.trace import BusEvent, EventKind
+from hil_tests.trace import BusEvent, EventKind, Wanted
 
 LOSSES = (EventKind.BUS_OFF, EventKind.OVERFLOW, EventKind.GAP, EventKind.DOWN)
+_LED_FRAMES = frozenset((cobs.LED_STEADY, cobs.LED_BLINK))
 _NOT_YET = (State.STARTING, State.OFF, State.COMMISSIONING)
 
 
@@ -43,11 +44,11 @@ class Life:
         self._full = False
         """The boot-up that comes next is one of power-on or reset node, for certain."""
         self._beat_id = cobs.ERROR_CONTROL + node_id
-        self._ids: Mapping[int, Callable[[Seen], None]] = {
-            cobs.KEYS + node_id: self._key_frame,
-            cobs.ERROR_CONTROL + node_id: self._error_control,
-            cobs.EMCY + node_id: self._emergency,
-            cobs.ECHO: self._echo,
+        self._ids: Mapping[int, Callable[[Life, Seen], None]] = {
+            cobs.KEYS + node_id: Life._key_frame,
+            cobs.ERROR_CONTROL + node_id: Life._error_control,
+            cobs.EMCY + node_id: Life._emergency,
+            cobs.ECHO: Life._echo,
         }
         self.edges = [Edge(Interval(-1, -1), held)]
         self.turns: list[Turn] = []
@@ -62,7 +63,8 @@ class Life:
         self._read(since)
 
     def _read(self, since: tuple[int, int]) -> None:
-        for entry in self._bench.trace.places(*since, self._matters):
+        wanted = Wanted(self._ids, self._beat_id)  # beats, most of what there is, tell nothing
+        for entry in self._bench.trace.places(*since, wanted):
             if isinstance(entry, int):
                 self._frame(self._bench.seen(entry))
             elif isinstance(entry, Moment):
@@ -72,12 +74,6 @@ class Life:
             elif entry.kind in LOSSES:
                 self.losses.append(entry)
                 self._disturbed(entry.at)
-
-    def _matters(self, own: bool, can_id: int, body: int) -> bool:
-        """Whether a frame is worth reading: beats, most of what there is, tell nothing here."""
-        if own:
-            return True
-        return not body if can_id == self._beat_id else can_id in self._ids
 
     # What was done.
 
@@ -161,7 +157,7 @@ class Life:
             return
         take = self._ids.get(seen.frame.can_id)
         if take is not None and not seen.frame.extended and not seen.frame.remote:
-            take(seen)
+            take(self, seen)
 
     def _key_frame(self, seen: Seen) -> None:
         wanted = self._bench.when(seen)
@@ -194,7 +190,7 @@ class Life:
         self.requests.append(Request(seen.at, frame))
         if not frame.can_id:
             self._command(seen)
-        elif base in {cobs.LED_STEADY, cobs.LED_BLINK} and not frame.extended and not frame.remote:
+        elif base in _LED_FRAMES and not frame.extended and not frame.remote:
             self._written_at, self._wrote_blink = seen.at, base == cobs.LED_BLINK
             self.lights.append(Write(base == cobs.LED_BLINK, frame.data, self._acts(seen.at)))
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from random import Random
+
 import pytest
 
-from hil_tests.explore.walks import walk
+from hil_tests.explore.walks import drawn, walk
 from hil_tests.scenarios.families import FAMILIES, turns
 from hil_tests.scenarios.scenario import scenario
 
@@ -18,6 +20,14 @@ def test_another_seed_walks_elsewhere() -> None:
     """Neighbouring seeds share no walk, nor do neighbouring numbers."""
     seen = [walk(seed, number) for seed in range(4) for number in range(30)]
     assert len(set(seen)) == len(seen)
+
+
+@pytest.mark.parametrize("below", [1, 2, 3, 64, 65, 1000])
+def test_numbers_are_those_of_randrange(below: int) -> None:
+    """So walks stay what they were, and the generator goes on from the same place."""
+    one, other = Random(5), Random(5)
+    assert drawn(one, below, 50) == [other.randrange(below) for _ in range(50)]
+    assert one.random() == other.random()
 
 
 def test_families_take_turns() -> None:

@@ -157,8 +157,7 @@ def test_what_they_hear_is_asked_after_a_write_that_concerns_them() -> None:
     assert [place for place, _ in agenda.listeners[0x80]] == [0, 1]
 
     agenda.write(0x1006)
-    assert not agenda.moved
-    assert not agenda.settle()
+    assert (agenda.moved, agenda.settle()) == (False, False)
     assert list(answers((first, second))) == [[], []]
     agenda.write(0x1005)
     assert agenda.moved
