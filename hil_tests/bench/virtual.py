@@ -23,11 +23,12 @@ from hil_tests.bench.action import (
 from hil_tests.bus.port import BURST
 from hil_tests.clock import Interval, S, exactly
 from hil_tests.trace import Burst, BusEvent, EventKind, Sighting
+from node_model.controller import Controller
 from node_model.devices import Blueprint
 from node_model.frame import Frame
 from node_model.load import Load
 from node_model.node import Panel
-from node_model.world import Controller, World
+from node_model.world import World
 
 if TYPE_CHECKING:
     from hil_tests.config import Setup

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from hil_tests.clock import FOREVER, MS
 from hil_tests.judge.causal import CausalClock
 from hil_tests.trace import Sighting
+from node_model.controller import Mailbox
 from node_model.frame import Frame
-from node_model.world import Mailbox
 from tests.judge.wire import BEAT, BIT, DEVICE, Request, Told, Wire, clock_125, of_device
 
 BIT_RATES = (50_000, 125_000, 1_000_000)

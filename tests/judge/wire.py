@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 from hil_tests.judge.causal import CausalClock, Seen
 from hil_tests.trace import Sighting
+from node_model.controller import Controller, Mailbox
 from node_model.frame import Frame
 from node_model.node import NOTHING, Frames
-from node_model.world import Controller, Mailbox, World
+from node_model.world import World
 
 Request = tuple[int, Frame]
 """When, in ns, and what."""

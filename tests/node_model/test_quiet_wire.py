@@ -10,10 +10,11 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from node_model.beacon import Beacon
+from node_model.controller import Controller
 from node_model.frame import Frame
 from node_model.keypad import Keypad, Parameters, load
 from node_model.node import MS, NOTHING, US, Frames, Node
-from node_model.world import Controller, World
+from node_model.world import World
 
 RATE = 125_000
 BEAT_NS = 54 * 8 * US

@@ -10,10 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from node_model.controller import Controller, Mailbox
 from node_model.frame import Frame
 from node_model.keypad import Keypad, load
 from node_model.node import MS, NOTHING, Frames, S
-from node_model.world import Controller, Mailbox, World
+from node_model.world import World
 
 ROOT = Path(__file__).parents[2]
 BIT = 8000
