@@ -10,6 +10,7 @@ from hil_tests.bench.keypad import COMMISSIONING_RATE, KeypadBench, payload
 from hil_tests.bench.lss import Lss
 from hil_tests.bench.master import Master
 from hil_tests.bench.sdo import Sdo
+from hil_tests.chance import Chance, Row
 from hil_tests.clients import accepted, lss, sdo_frames
 from hil_tests.clients.lss import Identity
 from hil_tests.clients.sdo import Abort, Download, Upload, abort_in
@@ -55,6 +56,7 @@ __all__ = [
     "BitRate",
     "BlockDownload",
     "BlockUpload",
+    "Chance",
     "Cia301Bench",
     "Cia301Profile",
     "DeviceFailure",
@@ -86,6 +88,7 @@ __all__ = [
     "Outcome",
     "Parameters",
     "Power",
+    "Row",
     "S",
     "Sdo",
     "Seen",

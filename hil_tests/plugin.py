@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from hil_tests.bench.lss import Lss
     from hil_tests.bench.master import Master
     from hil_tests.bench.sdo import Sdo
+    from hil_tests.chance import Chance
     from hil_tests.config import DeviceProfile
     from hil_tests.config.limits import DeviceLimits
     from hil_tests.eds import Sheet
@@ -184,6 +185,14 @@ def manager(bench: Bench) -> Master:
     from hil_tests.bench import tools  # noqa: PLC0415 - where a test asks for it
 
     return tools.manager(bench)
+
+
+@pytest.fixture(scope="session")
+def chance(bench: Bench) -> Chance:
+    """Values that the seed of the run draws."""
+    from hil_tests.bench import tools  # noqa: PLC0415 - where a test asks for it
+
+    return tools.chance(bench)
 
 
 @pytest.fixture(scope="session")

@@ -57,6 +57,12 @@ def answer(bench: KeypadBench, request: Seen, parameters: bytes, requirement: st
     return bench.expect_echo(request, parameters)
 
 
+def anew(bench: KeypadBench) -> None:
+    """A device to be commissioned: a new one in virtual time, elsewhere it is as it was left."""
+    if bench.stage.virtual:
+        bench.fresh()
+
+
 def waiting(bench: KeypadBench) -> Seen | Moment:
     """The node waits to be commissioned, and is silent before anything was done to it."""
     on = bench.enter_commissioning()
@@ -137,8 +143,12 @@ def started_with(bench: KeypadBench, **changes: int) -> tuple[Parameters, Seen]:
 
 def expect_period(
     bench: KeypadBench, boot: Seen, parameters: Parameters, requirement: str
-) -> None:
-    """Two heartbeats after boot-up are about the period apart (not the crowd right after it)."""
+) -> list[Seen]:
+    """Two heartbeats after boot-up are about the period apart (not the crowd right after it).
+
+    Returns:
+        Them, and one more where the period is short.
+    """
     period_ns, floor_ns = parameters.heartbeat_ns, bench.profile.limits.heartbeat_floor_ns
     begin: Seen | Interval = boot
     if period_ns < CROWDED_NS:
@@ -155,6 +165,7 @@ def expect_period(
     one, later = min(pairwise(beats), key=lambda two: _astray(bench, two, period_ns))
     about = around(period_ns, about_ns)
     bench.measure_between(one, later, about, text, requirement=requirement, since=boot)
+    return beats
 
 
 def _astray(bench: KeypadBench, beats: tuple[Seen, Seen], period_ns: int) -> int:

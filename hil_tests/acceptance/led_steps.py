@@ -118,6 +118,12 @@ def _show(lights: Mapping[str, str]) -> str:
     return "; ".join(parts) or "all off"
 
 
+def flicker(bench: KeypadBench) -> list[Frame]:
+    """Both maps full, then both empty."""
+    maps = (led_data(bench, bench.profile.led_bits), led_data(bench, ()))
+    return [Frame(base, data) for data in maps for base in (steady_id(bench), blink_id(bench))]
+
+
 def no_led_bits(bench: KeypadBench) -> int:
     """The bits of the map that belong to no LED."""
     every = (1 << 8 * bench.profile.led_frame_bytes) - 1

@@ -5,9 +5,9 @@ They judge from recorded instants only, and leave one verdict for each thing tha
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-from hil_tests.api import KeypadBench, Nmt, Seen, State, cobs, matchers
+from hil_tests.api import MS, Frame, KeypadBench, Nmt, Seen, State, cobs, matchers
 
 QUICK: Mapping[str, int] = {"heartbeat_ms": 100}
 """Preferred, so that the state is soon seen; right with any period but 0."""
@@ -25,6 +25,13 @@ COMMAND_TO = {
 }
 
 
+MANY = 260
+"""More than a byte counts."""
+
+PACE_NS = 5 * MS
+"""From frame to frame, where every one must be taken."""
+
+
 def name_of(value: State | Nmt) -> str:
     """A readable id for a parameter of a test, e.g. "reset-node"."""
     return value.name.lower().replace("_", "-")
@@ -39,6 +46,13 @@ def enter(bench: KeypadBench, state: State, requirement: str = "NMT-04") -> Seen
     command = bench.nmt(COMMAND_TO[state])
     bench.expect_state(state, after=command, requirement=requirement)
     return command
+
+
+def repeat(bench: KeypadBench, frames: Sequence[Frame], count: int = MANY) -> None:
+    """Send frames in turn, so many in all."""
+    for turn in range(count):
+        bench.send(frames[turn % len(frames)])
+        bench.wait(PACE_NS)
 
 
 def expect_restart(bench: KeypadBench, sent: Seen) -> Seen:

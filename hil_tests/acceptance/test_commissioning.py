@@ -12,19 +12,24 @@ import pytest
 from hil_tests.acceptance.commissioning_steps import (
     EXAMPLE,
     OTHER,
+    anew,
     answer,
     boots_as,
     expect_echoes,
     waiting,
 )
+from hil_tests.acceptance.led_steps import led_data, settle
 from hil_tests.api import (
     ECHO_PERIOD_NS,
     MS,
     BitRate,
+    Chance,
     Frame,
     KeypadBench,
     Keys,
+    Leds,
     Nmt,
+    NotRun,
     Power,
     S,
     Seen,
@@ -37,6 +42,8 @@ from hil_tests.api import (
 
 AT_125_KBIT = 3
 """Stored where silence is to be heard: a node that started regularly would speak there."""
+
+LED_BASES = (cobs.LED_STEADY, cobs.LED_BLINK)
 
 NAMED_RATES = {1: 500_000, 2: 250_000, 3: 125_000, 4: 100_000, 5: 50_000, 6: 20_000}
 
@@ -170,6 +177,21 @@ def test_echo_repeats_every_byte(
     expect_echoes(bench, echo, sent, 2)
 
 
+@pytest.mark.requirement("COM-05", "COM-11")
+def test_echo_repeats_what_the_seed_draws(
+    bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate, chance: Chance
+) -> None:
+    """Each byte comes back with each value in virtual time, elsewhere with one that is drawn."""
+    row = chance.row("echo")
+    shift = [row.randrange(256) for _ in range(5)]
+    for turn in range(256 if bench.stage.virtual else 1):
+        anew(bench)
+        bench.enter_commissioning()
+        sent = bytes((turn % 15 + 1, *((turn + each) & 0xFF for each in shift)))
+
+        bench.expect_echo(bench.request(sent), sent)
+
+
 @pytest.mark.requirement("COM-05", "COM-06")
 def test_echo_limits_are_those_of_the_source(
     bench: KeypadBench, power: Power, keys: Keys, bitrate: BitRate
@@ -218,6 +240,28 @@ def test_does_nothing_but_echo(
     bench.check(not others, text, since=request)
 
 
+@pytest.mark.requirement("COM-12")
+def test_led_frames_light_nothing_while_it_echoes(
+    bench: KeypadBench, power: Power, keys: Keys, leds: Leds, bitrate: BitRate
+) -> None:
+    """Once it echoes, LED frames with its old or new node id change no light."""
+    old_id = bench.fresh().node_id
+    bench.enter_commissioning()
+    bench.expect_echo(bench.request(EXAMPLE), payload(EXAMPLE))
+    before = dict(leds.read())
+    if dict(leds.read()) != before:
+        raise NotRun("the LEDs change by themselves while the node echoes")
+    data = led_data(bench, (name for name, light in before.items() if light == "off"))
+
+    sent = bench.send(Frame(cobs.LED_STEADY + old_id, data))
+    for can_id in (cobs.LED_BLINK + old_id, *(base + EXAMPLE.node_id for base in LED_BASES)):
+        bench.send(Frame(can_id, data))
+    settle(bench)
+
+    found = dict(leds.read())
+    bench.check(found == before, f"lights stay {before}; they are {found}", since=sent)
+
+
 def expect_only_echoes(bench: KeypadBench, echo: Seen, requirement: str) -> None:
     """Since an echo the node has sent nothing but echoes of the example."""
     found = bench.collect(matchers.anything(), after=echo, until=bench.now())
@@ -234,6 +278,8 @@ FOREIGN = {
     "sync": Frame(0x080),
     "remote-4F8": Frame(cobs.COMMISSION, remote=True, dlc=6),
     "remote-3F8": Frame(cobs.ECHO, remote=True, dlc=6),
+    "lss-configure": Frame(0x7E5, bytes.fromhex("0401000000000000")),
+    "lss-inquire": Frame(0x7E5, bytes.fromhex("5e00000000000000")),
     "lss-identify": Frame(0x7E5, bytes.fromhex("4c00000000000000")),
     "lss-fastscan": Frame(0x7E5, bytes.fromhex("5100000000800000")),
 }

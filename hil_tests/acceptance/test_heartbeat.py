@@ -13,7 +13,7 @@ from hil_tests.acceptance.cadence import (
     some_row,
 )
 from hil_tests.acceptance.nmt_steps import QUICK, RESETS, RUNNING_STATES, enter, name_of
-from hil_tests.api import MS, KeypadBench, Nmt, Power, S, State, exactly, matchers
+from hil_tests.api import MS, Chance, KeypadBench, Nmt, Power, S, State, exactly, matchers
 
 PERIODS_MS = (10, 20, 100, 256, 1000, 65535)
 """256 is 0100h: with its bytes swapped it would be 1 ms."""
@@ -52,6 +52,21 @@ def test_range_of_periods(bench: KeypadBench, period_ms: int) -> None:
     """Each period of the range is kept, short and long, the high byte first."""
     boot = bench.start(heartbeat_ms=period_ms)
     judge_row(bench, some_row(bench, next_beat(bench, boot, "HB-06")))
+
+
+HIGH_BYTES = (0x01, 0x02, 0x04, 0x08, 0x10, 0x20)
+LOW_BYTES = (0x7F, 0x80, 0xFF)
+
+
+@pytest.mark.virtual("they take minutes; what is commissioned from the seed has one of them")
+@pytest.mark.requirement("HB-01", "COM-09")
+def test_periods_at_the_borders_of_bytes(bench: KeypadBench, chance: Chance) -> None:
+    """Both bytes of a period count, wherever it stands; some are drawn by the seed."""
+    row = chance.row("period")
+    drawn = [row.randrange(1, 0x28) << 8 | chance.byte(row) for _ in range(18)]
+    for period_ms in (*(h << 8 | low for h in HIGH_BYTES for low in LOW_BYTES), *drawn):
+        boot = bench.start(heartbeat_ms=period_ms)
+        judge_row(bench, some_row(bench, next_beat(bench, boot, "HB-06")))
 
 
 @pytest.mark.requirement("HB-01")

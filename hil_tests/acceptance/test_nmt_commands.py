@@ -8,8 +8,10 @@ import attrs
 import pytest
 
 from hil_tests.acceptance.commissioning_steps import boots_as, expect_period
+from hil_tests.acceptance.led_steps import flicker
 from hil_tests.acceptance.nmt_steps import (
     COMMAND_TO,
+    MANY,
     QUICK,
     RESETS,
     RUNNING_STATES,
@@ -18,6 +20,7 @@ from hil_tests.acceptance.nmt_steps import (
     expect_restart,
     expect_unmoved,
     name_of,
+    repeat,
 )
 from hil_tests.api import MS, Frame, KeypadBench, Keys, Nmt, Power, State, cobs, matchers
 
@@ -206,6 +209,22 @@ def test_burst_ends_in_the_state_of_the_last(bench: KeypadBench, last: Nmt) -> N
         bench.post(cobs.nmt_frame(command, bench.node_id))
     sent = bench.nmt(last)
     expect_outcome(bench, last, sent)
+
+
+@pytest.mark.requirement("NMT-04", "NMT-06")
+def test_hundreds_of_commands_wear_nothing_out(bench: KeypadBench) -> None:
+    """After hundreds of commands and LED frames in one life the node obeys as before."""
+    bench.start(QUICK)
+    for state in (State.STOPPED, State.PRE_OPERATIONAL):
+        enter(bench, state)
+        repeat(bench, [cobs.nmt_frame(COMMAND_TO[state], bench.node_id)], MANY // 2)
+    enter(bench, State.OPERATIONAL)
+    repeat(bench, flicker(bench))
+
+    for state in (State.STOPPED, State.PRE_OPERATIONAL, State.OPERATIONAL):
+        enter(bench, state)
+    for command in RESETS:
+        expect_restart(bench, bench.nmt(command))
 
 
 @pytest.mark.requirement("NMT-21")

@@ -28,6 +28,9 @@ class Bench(JudgingBench):
     set_to = "set to"
     """How a device of this kind gets its parameters, in two words for the header."""
 
+    seed = 0
+    """Of everything that a test draws."""
+
     def _new_watch(self, *, off: bool, since: int | None = None) -> Watch:
         """A device that goes on beats as it did."""
         watch = super()._new_watch(off=off, since=since)

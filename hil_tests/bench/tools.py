@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from hil_tests.bench.lss import Lss
     from hil_tests.bench.master import Master
     from hil_tests.bench.sdo import Sdo
+    from hil_tests.chance import Chance
     from hil_tests.eds import Sheet
 
 
@@ -53,6 +54,13 @@ def manager(bench: Bench) -> Master:
     return Master(bench)
 
 
+def chance(bench: Bench) -> Chance:
+    """What the seed of the run draws."""
+    from hil_tests.chance import Chance  # noqa: PLC0415 - where a test asks for it
+
+    return Chance(bench.seed)
+
+
 TOOLS: Mapping[str, Callable[[Bench], object]] = MappingProxyType(
     {
         "bench": lambda bench: bench,
@@ -62,6 +70,7 @@ TOOLS: Mapping[str, Callable[[Bench], object]] = MappingProxyType(
         "sheet": sheet,
         "lss": lss,
         "manager": manager,
+        "chance": chance,
     }
 )
 """Everything by the name of its fixture; facilities are attributes of the bench."""

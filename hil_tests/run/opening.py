@@ -85,14 +85,19 @@ def open_bench(plan: Plan, capture: Capture | None = None) -> Bench:
         from hil_tests.replay.stage import ReplayStage  # noqa: PLC0415 - only there
 
         replayed = ReplayStage(plan.recording.sample(), plan.facilities)
-        return bench_for(replayed, plan.profile, plan.home)
+        return _seeded(bench_for(replayed, plan.profile, plan.home), plan)
     stage = _virtual(plan) if plan.device == VIRTUAL else _real(plan, capture)
     with ExitStack() as undo:
         undo.callback(stage.close)
-        bench = bench_for(stage, plan.profile, plan.home)
+        bench = _seeded(bench_for(stage, plan.profile, plan.home), plan)
         if not plan.virtual and bench.bitrate:
             bench.bitrate.set(stage.bit_rate)
         undo.pop_all()
+    return bench
+
+
+def _seeded(bench: Bench, plan: Plan) -> Bench:
+    bench.seed = plan.settings["can_seed"]
     return bench
 
 

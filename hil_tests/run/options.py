@@ -125,7 +125,8 @@ OPTIONS = (
     ),
     Option(
         "can-seed",
-        "seed of everything random; the same seed repeats a run (default 0)",
+        "seed of everything random; the same seed repeats a run (default 0; on a real bus the"
+        " date, e.g. 20261126)",
         "N",
         "int",
         default=0,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -130,6 +131,8 @@ def make_plan(settings: Settings) -> Plan:
     device, why = _who(settings, bench, channel, interface)
     _check(settings, bench, profile, device, channel, interface)
     real = device != VIRTUAL
+    if real:
+        settings = _of_today(settings)
     profile = _with_eds(profile, settings["can_eds"])
     requirements, by_sheet = asked_of(profile)
     return Plan(
@@ -150,6 +153,15 @@ def make_plan(settings: Settings) -> Plan:
         settings=settings,
         by_sheet=by_sheet,
     )
+
+
+def _of_today(settings: Settings) -> Settings:
+    """A real bench draws other values each day, unless a seed is given: its number is the date."""
+    if settings.origins["can_seed"] != "default":
+        return settings
+    seed = int(datetime.now(UTC).strftime("%Y%m%d"))
+    origins = {**settings.origins, "can_seed": "date"}
+    return replace(settings, values={**settings.values, "can_seed": seed}, origins=origins)
 
 
 def _with_eds(profile: DeviceProfile, path: str | None) -> DeviceProfile:

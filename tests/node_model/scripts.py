@@ -142,6 +142,7 @@ def foreign_traffic() -> Script:
         Frame(0x456),
         Frame(0x1ABC, b"\0", extended=True),
         Frame(0x4F8, Parameters(9).encode()),
+        *(Frame(0x7E5, bytes((request, *bytes(7)))) for request in (0x04, 0x4C, 0x5E)),
     )
     flood = [Step(900 * US, Frame(0x401, b"\1")) for _ in range(1100)]
     before = steps(
@@ -171,6 +172,7 @@ def commissionings() -> Iterator[Script]:
         Frame(0x601, REQUEST.data),
         Frame(0x080),
         Frame(0x7E5, bytes(8)),
+        Frame(0x20F, b"\x05"),
         Frame(0x3F8, remote=True, dlc=6),
         nmt(2, 0),
         nmt(129, 0),
@@ -184,6 +186,8 @@ def commissionings() -> Iterator[Script]:
     for what in before:
         yield PROFILE, steps(*into, (20, what), (20, REQUEST), (330, what), (200, what), *out)
     yield PROFILE, steps(*into, (2000, None), *out)
+    for data in (b"\x05\x03\x00\x64\x93\x01", b"\x05\x03\x00\x64\x55\x01"):  # the sum is 0
+        yield PROFILE, steps(*into, (20, Frame(0x4F8, data)), *out)
     for data in (b"\x01\x01\1\0\0\0\0\0", b"\x0a\x06\x00\x14\x00\x05", b"\x0f\3\0\0\1\1"):
         again = Frame(0x4F8, bytes((3, *data[1:])))
         yield PROFILE, steps(*into, (20, Frame(0x4F8, data)), (300, again), *out)
@@ -196,16 +200,17 @@ def commissionings() -> Iterator[Script]:
 
 def parameters() -> Iterator[Script]:
     """Every bit-rate code, and times that are read wrongly somewhere."""
-    for code in (0, 1, 2, 3, 4, 5, 6, 7, 255):
+    for code in (0, 1, 2, 3, 4, 5, 6, 7, 200, 255):
         yield factory(bit_rate_code=code), steps(*STARTED)
     for node_id in (9, 15):
         yield factory(node_id=node_id), steps(*RUNNING, (10, nmt(1, 0)), (300, nmt(129, 0)))
         yield factory(node_id=node_id), steps(*RUNNING, (10, nmt(1, node_id)))
-    for heartbeat_ms in (0, 1, 10, 15, 256, 1000, 0x1234, 0xFFFF):
+    for heartbeat_ms in (0, 1, 10, 15, 256, 1000, 0x10FF, 0x1234, 0xFFFF):
         profile = factory(heartbeat_ms=heartbeat_ms, sync_time=1)
         moves: list[tuple[int, Input]] = [(300, held("k3")), (333, Frame(0x201, b"\1"))]
         long_ms = 70 * min(heartbeat_ms, 1000)
         yield profile, steps(*STARTED, *moves * 4, (200, None), (long_ms, nmt(129, 0)))
+    yield factory(sync_time=77), steps(*STARTED)
     for debounce in (0, 12):
         moves = [(2000, held("k3")), (2000, held("k3", "k4")), (1000, NONE)]
         yield factory(debounce=debounce, sync_time=7), steps(*STARTED, *moves)
@@ -219,6 +224,9 @@ def long_lives() -> Iterator[Script]:
     yield factory(debounce=0), steps(*STARTED, *presses * 130)
     yield PROFILE, steps(*RUNNING, *((100, nmt(129 + n % 2, 0)) for n in range(4)))
     yield PROFILE, steps(*STARTED, (100, False), (150, True), (100, START))
+    yield PROFILE, steps(*RUNNING, *((2, STOP) for _ in range(201)), (2, PRE))
+    flicker = ((2, Frame(0x201, bytes((n & 1,)))) for n in range(210))
+    yield PROFILE, steps(*STARTED, *flicker, (20, Frame(0x201, b"\x0f")))
     light: tuple[tuple[int, Input], ...] = ((10, Frame(0x301, b"\x84")), *((45, None),) * 30)
     yield PROFILE, steps(*STARTED, *light)
     for debounce in (130, 255):

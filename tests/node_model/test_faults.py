@@ -11,6 +11,7 @@ import pytest
 
 from node_model.faults import MUTANTS, VARIANTS, link, make
 from node_model.faults.mutants import (
+    answers,
     commissioning,
     debounce,
     echo,
@@ -35,6 +36,7 @@ from tests.node_model.driving import Record, Step, frames_of, play
 from tests.node_model.scripts import BOTH, PROFILE, START, Script, factory, scripts, steps
 
 TOPICS = (
+    answers,
     commissioning,
     debounce,
     echo,

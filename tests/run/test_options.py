@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -99,6 +100,25 @@ def test_the_header_tells_device_seed_bench_and_place(pytester: pytest.Pytester)
         f"written to: {run.reports}/",
     ):
         assert line in run.text
+
+
+def test_a_real_bench_draws_other_values_each_day(pytester: pytest.Pytester) -> None:
+    """Where no seed is given it is the date; one that is given counts. Tests draw from it."""
+    body = """
+@pytest.mark.requirement("NMT-02")
+def test_draws(bench, chance):
+    bench.characteristic("NMT-22", f"seed {chance.seed}")
+"""
+    real = ["--can-interface=virtual", "--can-iface=draw", "--can-device=external"]
+    seeds = []
+    for options in ([], real, [*real, "--can-seed=7"]):
+        run = judge(pytester, body, *options)
+        seeds.append(run.results["run"]["seed"])
+        assert f"seed {seeds[-1]}" in run.results["results"][0]["verdicts"][0]["what"]
+        assert f"seed: {seeds[-1]}   bench" in run.text
+    assert seeds[0] == 0
+    assert re.fullmatch(r"20\d\d[01]\d[0-3]\d", str(seeds[1]))
+    assert seeds[2] == 7
 
 
 def test_a_mutant_is_announced(pytester: pytest.Pytester) -> None:

@@ -1,6 +1,7 @@
 """Keypads with one fault each, by the requirement that they violate."""
 
 from node_model.faults.mutants import (
+    answers,
     commissioning,
     debounce,
     echo,
@@ -31,6 +32,7 @@ FAULTS: tuple[type[Fault], ...] = (
     *leds.FAULTS,
     *light.FAULTS,
     *robustness.FAULTS,
+    *answers.FAULTS,
     *narrow.FAULTS,
     *rare.FAULTS,
 )

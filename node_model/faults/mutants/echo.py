@@ -7,9 +7,9 @@ from abc import abstractmethod
 from node_model.faults.parts import Fault
 from node_model.frame import Frame
 from node_model.heartbeat import heartbeat_frame
-from node_model.keypad import Parameters
+from node_model.keypad import Keypad, Parameters
 from node_model.keypad.commissioning import ECHO_ID, ECHO_PERIOD_NS, Commissioning
-from node_model.keypad.operation import KEY_BASE
+from node_model.keypad.operation import KEY_BASE, STEADY_BASE
 from node_model.nmt import NmtState
 from node_model.node import MS, NOTHING, Frames
 
@@ -169,6 +169,26 @@ class BootsWithEcho(Commissioning, Fault):
         return frames
 
 
+class LedFrameLightsWhileEchoing(Keypad, Fault):
+    """While the node echoes, a frame 200h+X lights its LEDs."""
+
+    violates = ("COM-12",)
+    shown = 0
+
+    def receive(self, frame: Frame, now: int) -> Frames:
+        """The map is shown, whoever it is for."""
+        if isinstance(self._mode, Commissioning):
+            steady = frame.can_id & 0x780 == STEADY_BASE and self._mode.echo is not None
+            self.shown = frame.data[0] if steady and frame.data else self.shown
+            self.listens_to = None
+        return super().receive(frame, now)
+
+    def lit(self, led: str, now: int) -> bool:
+        """Also where it should be dark."""
+        shown = self.shown >> self.profile.leds[led] & isinstance(self._mode, Commissioning)
+        return bool(shown) or super().lit(led, now)
+
+
 FAULTS: tuple[type[Fault], ...] = (
     EchoTooFast,
     EchoTooSlow,
@@ -183,4 +203,5 @@ FAULTS: tuple[type[Fault], ...] = (
     HeartbeatsWhileEchoing,
     ReportsKeysWhileEchoing,
     BootsWithEcho,
+    LedFrameLightsWhileEchoing,
 )

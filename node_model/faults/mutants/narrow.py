@@ -17,6 +17,7 @@ from node_model.keypad.lamps import Lamps
 from node_model.keypad.operation import Operation
 from node_model.nmt import ALL_NODES, NmtCommand, NmtState
 from node_model.node import MS, Frames, S
+from node_model.storage import RecordStore
 
 # A ms past a limit.
 
@@ -182,6 +183,58 @@ class HeartbeatSwappedWithoutLowByte(Operation, Fault):
         return super().heartbeat_ns() if low else high * MS
 
 
+class HeartbeatLosesLowByteAboveFourSeconds(Operation, Fault):
+    """Of heartbeat times above 4096 ms only the high byte is used."""
+
+    violates = ("COM-09", "HB-01")
+
+    def heartbeat_ns(self) -> int:
+        """Reloaded in two halves, of which one is forgotten."""
+        period_ms = self.parameters.heartbeat_ms
+        return (period_ms & 0xFF00) * MS if period_ms > 0x1000 else super().heartbeat_ns()
+
+
+class CodeTwoHundredIsHundredTwentyFive(Operation, Fault):
+    """Bit-rate code 200 means 125 kbit/s."""
+
+    violates = ("COM-07",)
+
+    def line_rate(self) -> int:
+        """One code of 250."""
+        return 125_000 if self.parameters.bit_rate_code == 200 else super().line_rate()
+
+
+class SyncTimeSeventySevenIsThePeriod(Operation, Fault):
+    """A sync time of 77 is the period of the heartbeat, too: 770 ms."""
+
+    violates = ("COM-11", "HB-01", "HB-06")
+
+    def heartbeat_ns(self) -> int:
+        """One sync time of 255."""
+        return 770 * MS if self.parameters.sync_time == 77 else super().heartbeat_ns()
+
+
+class EchoOfSyncTimeLosesBit(OtherEcho, Fault):
+    """A sync time of 55h is echoed as 54h."""
+
+    violates = ("COM-05", "COM-11")
+
+    def told(self, received: bytes) -> bytes:
+        """One value of one byte."""
+        return received[:4] + bytes((0x54,)) + received[5:] if received[4] == 0x55 else received
+
+
+class ParametersOfSumZeroNotStored(RecordStore, Fault):
+    """Parameters whose bytes add up to zero are echoed, but not stored."""
+
+    violates = ("COM-06", "COM-07")
+
+    def save(self, record: bytes, now: int) -> None:
+        """They look like a memory that was never written."""
+        if sum(record) & 0xFF:
+            super().save(record, now)
+
+
 class DebounceOfBlankIsOneStep(Operation, Fault):
     """Debounce 255 is taken as 100 ms, like a blank memory."""
 
@@ -259,6 +312,11 @@ FAULTS: tuple[type[Fault], ...] = (
     HeartbeatNoFasterThanTwoMs,
     HeartbeatOfBlankIsNone,
     HeartbeatSwappedWithoutLowByte,
+    HeartbeatLosesLowByteAboveFourSeconds,
+    CodeTwoHundredIsHundredTwentyFive,
+    SyncTimeSeventySevenIsThePeriod,
+    EchoOfSyncTimeLosesBit,
+    ParametersOfSumZeroNotStored,
     DebounceOfBlankIsOneStep,
     DebounceSigned,
     FifteenDeafToItsId,

@@ -117,6 +117,32 @@ class HeartbeatLateAtWrap(Operation, Fault):
     heartbeat_type = _Wrapping
 
 
+class DeafAfterTwoHundredCommands(Operation, Fault):
+    """After two hundred NMT commands since power-on the node obeys no more."""
+
+    violates = ("NMT-04",)
+    heard = 0
+
+    def command(self, frame: Frame) -> NmtCommand | None:
+        """A queue is full for good."""
+        found = super().command(frame)
+        self.heard += found is not None
+        return found if self.heard <= 200 else None
+
+
+class LedsFreezeAfterTwoHundredFrames(Operation, Fault):
+    """After two hundred LED frames since power-on no LED changes any more."""
+
+    violates = ("LED-01", "LED-02")
+    taken = 0
+
+    def takes_leds(self) -> bool:
+        """A counter ends at its limit."""
+        taken = super().takes_leds()
+        self.taken += taken
+        return taken and self.taken <= 200
+
+
 # Between two edges, across a state.
 
 
@@ -187,6 +213,8 @@ FAULTS: tuple[type[Fault], ...] = (
     KeyFrameLostEveryHundredth,
     KeyFramesEndWithCounter,
     HeartbeatLateAtWrap,
+    DeafAfterTwoHundredCommands,
+    LedsFreezeAfterTwoHundredFrames,
     StopForgetsHeldKeys,
     LedFrameRestartsDebounce,
     LedFrameDropsPendingKey,

@@ -12,15 +12,15 @@ from node_model.frame import MAX_DATA_BYTES, Frame
 from node_model.heartbeat import HEARTBEAT_BASE
 from node_model.keypad import Keypad, Parameters
 from node_model.keypad.commissioning import REQUEST_ID
-from node_model.keypad.operation import KEY_BASE, Operation
+from node_model.keypad.operation import Operation
 from node_model.nmt import NmtCommand
 from node_model.node import MS, NOTHING, Frames, S
 
 _SDO_REQUEST_BASE = 0x600
-_SYNC_COB_ID = 0x080
+SYNC_COB_ID = 0x080
 
 
-class _Open(Operation):
+class Open(Operation):
     """Looks at every frame on the bus."""
 
     def acceptance(self) -> frozenset[int] | None:
@@ -47,7 +47,7 @@ class _Open(Operation):
         return super().receive(frame, now)
 
 
-class ExtendedFrameRestarts(_Open, Fault):
+class ExtendedFrameRestarts(Open, Fault):
     """Any frame with a 29-bit identifier restarts the node."""
 
     violates = ("ROB-01", "NMT-05", "NMT-02", "NMT-07")
@@ -57,7 +57,7 @@ class ExtendedFrameRestarts(_Open, Fault):
         return frame.extended
 
 
-class RemoteFrameRestarts(_Open, Fault):
+class RemoteFrameRestarts(Open, Fault):
     """Any remote frame restarts the node."""
 
     violates = ("ROB-01", "NMT-05", "NMT-02", "HB-04", "ROB-02", "NMT-07")
@@ -67,7 +67,7 @@ class RemoteFrameRestarts(_Open, Fault):
         return frame.remote
 
 
-class LongDlcRestarts(_Open, Fault):
+class LongDlcRestarts(Open, Fault):
     """A frame with a DLC above 8 restarts the node."""
 
     violates = ("ROB-01", "NMT-02")
@@ -77,17 +77,17 @@ class LongDlcRestarts(_Open, Fault):
         return frame.dlc > MAX_DATA_BYTES
 
 
-class EmptyFrameRestarts(_Open, Fault):
+class EmptyFrameRestarts(Open, Fault):
     """A data frame without data restarts the node, unless it is SYNC."""
 
     violates = ("ROB-01", "LED-06", "NMT-02", "NMT-05", "NMT-07")
 
     def upset_by(self, frame: Frame) -> bool:
         """Its first byte is missed."""
-        return not (frame.data or frame.remote or frame.can_id == _SYNC_COB_ID)
+        return not (frame.data or frame.remote or frame.can_id == SYNC_COB_ID)
 
 
-class SdoRestarts(_Open, Fault):
+class SdoRestarts(Open, Fault):
     """An SDO request to the node restarts it."""
 
     violates = ("ROB-01", "NMT-02")
@@ -98,7 +98,7 @@ class SdoRestarts(_Open, Fault):
         return mine and not frame.extended and not frame.remote
 
 
-class FloodRestarts(_Open, Fault):
+class FloodRestarts(Open, Fault):
     """Every two-hundredth foreign frame restarts the node."""
 
     violates = ("ROB-01", "ROB-03", "NMT-02", "HB-04", "NMT-07")
@@ -110,7 +110,7 @@ class FloodRestarts(_Open, Fault):
         return self.foreign(frame) and self.heard % 200 == 0
 
 
-class TrafficDelaysHeartbeat(_Open, Fault):
+class TrafficDelaysHeartbeat(Open, Fault):
     """Each foreign frame delays the next heartbeat by 1 ms."""
 
     violates = ("ROB-01", "HB-04", "HB-01", "ROB-03", "HB-06")
@@ -126,7 +126,7 @@ class TrafficDelaysHeartbeat(_Open, Fault):
         return NOTHING
 
 
-class TrafficStopsNmt(_Open, Fault):
+class TrafficStopsNmt(Open, Fault):
     """After a thousand foreign frames the node obeys NMT no more."""
 
     violates = ("ROB-01", "NMT-04", "NMT-07", "ROB-03")
@@ -142,7 +142,7 @@ class TrafficStopsNmt(_Open, Fault):
         return NOTHING
 
 
-class ForeignBootUpEndsOperational(_Open, Fault):
+class ForeignBootUpEndsOperational(Open, Fault):
     """The boot-up of another node leads back to pre-operational."""
 
     violates = ("ROB-01", "NMT-03", "HB-03", "NMT-07")
@@ -156,14 +156,14 @@ class ForeignBootUpEndsOperational(_Open, Fault):
         return self.obey(NmtCommand.PRE_OPERATIONAL, now)
 
 
-class SyncStarts(_Open, Fault):
+class SyncStarts(Open, Fault):
     """SYNC makes the node operational."""
 
     violates = ("NMT-03", "ROB-01", "KEY-07", "NMT-07")
 
     def upset_by(self, frame: Frame) -> bool:
         """SYNC."""
-        return frame.can_id == _SYNC_COB_ID and not frame.extended
+        return frame.can_id == SYNC_COB_ID and not frame.extended
 
     def harm(self, now: int) -> Frames:
         """As if commanded."""
@@ -198,35 +198,6 @@ class TakesParametersInOperation(Keypad, Fault):
 
 
 # What nobody asked for.
-
-
-class AnswersGuarding(_Open, Fault):
-    """A remote frame 700h+X is answered with the state, as in node guarding."""
-
-    violates = ("ROB-02", "HB-01", "HB-04", "ROB-01")
-
-    def upset_by(self, frame: Frame) -> bool:
-        """A guarding request."""
-        asked = frame.remote and not frame.extended
-        return asked and frame.can_id == HEARTBEAT_BASE + self.node_id
-
-    def harm(self, now: int) -> Frames:  # noqa: ARG002  the seam's arguments
-        """One more heartbeat."""
-        return self.beat_frames()
-
-
-class AnswersRemoteKeys(_Open, Fault):
-    """A remote frame 180h+X is answered with a key frame in every state."""
-
-    violates = ("ROB-02", "KEY-06", "KEY-07", "ROB-01")
-
-    def upset_by(self, frame: Frame) -> bool:
-        """A request for the key frame."""
-        return frame.remote and not frame.extended and frame.can_id == KEY_BASE + self.node_id
-
-    def harm(self, now: int) -> Frames:
-        """The state of the keys."""
-        return super().entry_frames(now)
 
 
 class SendsUnlistedFrame(Operation, Fault):
@@ -291,7 +262,7 @@ class RestartsEveryTwentySeconds(Operation, Fault):
 # Load.
 
 
-class LosesKeysUnderLoad(_Open, Fault):
+class LosesKeysUnderLoad(Open, Fault):
     """A key change that matures within 1 ms of a foreign frame is not reported."""
 
     violates = ("ROB-03", "KEY-06", "ROB-01")
@@ -312,7 +283,7 @@ class LosesKeysUnderLoad(_Open, Fault):
         return NOTHING if now < self.busy_until else frames
 
 
-class LosesHeartbeatsUnderLoad(_Open, Fault):
+class LosesHeartbeatsUnderLoad(Open, Fault):
     """A heartbeat that is due within 1 ms of a foreign frame is left out."""
 
     violates = ("ROB-03", "ROB-01", "HB-01", "HB-04", "HB-06")
@@ -381,8 +352,6 @@ FAULTS: tuple[type[Fault], ...] = (
     ForeignBootUpEndsOperational,
     SyncStarts,
     TakesParametersInOperation,
-    AnswersGuarding,
-    AnswersRemoteKeys,
     SendsUnlistedFrame,
     SendsEmcyInOperation,
     SendsHeartbeatOfNeighbour,

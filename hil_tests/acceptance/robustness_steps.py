@@ -1,0 +1,71 @@
+"""Steps that the tests of robustness share: it obeys, it says nothing but heartbeats."""
+
+from __future__ import annotations
+
+from hil_tests.api import MS, Interval, KeypadBench, Nmt, Seen, State, exactly, matchers
+
+LINGER_NS = 50 * MS
+"""A frame that is late by its host is no surplus one."""
+
+
+def expect_obeys(bench: KeypadBench, requirement: str, reset_by: str = "") -> None:
+    """The node obeys NMT.
+
+    Args:
+        bench: the bench.
+        requirement: that this is, now.
+        reset_by: that a reset is answered by boot-up; left out, the same.
+    """
+    for command, state in ((Nmt.START, State.OPERATIONAL), (Nmt.STOP, State.STOPPED)):
+        sent = bench.nmt(command)
+        if bench.watch.expected.heartbeat_ns:
+            bench.expect_state(state, after=sent, requirement=requirement)
+    reset = bench.nmt(Nmt.RESET_NODE)
+    bench.expect(
+        matchers.boot_up(bench.node_id),
+        after=reset,
+        within=bench.profile.limits.boot_up_ns,
+        requirement=reset_by or requirement,
+    )
+
+
+def obeying(bench: KeypadBench, state: Nmt = Nmt.PRE_OPERATIONAL) -> int:
+    """The node obeys before anything is done to it: how many boot-ups that has brought.
+
+    Args:
+        bench: the bench.
+        state: where a command leads from which it must do so.
+    """
+    began = bench.now()
+    bench.nmt(state)
+    expect_obeys(bench, "NMT-04", "NMT-06")
+    bench.wait(bench.profile.limits.emcy_ns)
+    return len(bench.collect(matchers.boot_up(bench.node_id), after=began, until=bench.now()))
+
+
+def expect_beats_only(bench: KeypadBench, after: Interval | Seen, spared: int = -1) -> None:
+    """Since `after` the node has sent heartbeats and nothing else.
+
+    Args:
+        bench: the bench.
+        after: when nothing more was due that had been asked for.
+        spared: an identifier of which nothing is said here.
+    """
+    node_id = bench.node_id
+    beat, boot_up = matchers.heartbeat(node_id), matchers.boot_up(node_id)
+    found = [
+        seen.frame
+        for seen in bench.collect(matchers.anything(), after=after, until=bench.now())
+        if not beat.accepts(seen.frame) and seen.frame.can_id != spared
+    ]
+    restarted = any(map(boot_up.accepts, found))
+    bench.check(not restarted, "nothing restarts it", requirement="ROB-01", since=after)
+    text = "nothing but heartbeats comes" + "".join(f"; {frame} came" for frame in found[:1])
+    bench.check(not found, text, requirement="ROB-02", since=after)
+
+
+def settled(bench: KeypadBench, state: Nmt) -> Interval:
+    """The node is in a state, and has said what it says on the way there: since when."""
+    bench.nmt(state)
+    bench.wait(bench.profile.limits.command_ns + LINGER_NS)
+    return exactly(bench.now())
