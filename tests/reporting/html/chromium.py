@@ -19,6 +19,13 @@ from pathlib import Path
 from typing import Any
 
 PROGRAM = shutil.which("chromium") or shutil.which("google-chrome") or shutil.which("chrome")
+READY = """new Promise(done => {
+  const box = document.querySelector('details[open] .timeline');
+  box.scrollIntoView();
+  const look = () => box.timeline ? done(true) : setTimeout(look, 20);
+  look();
+})"""
+"""Waits until the first timeline of a report that is open is drawn."""
 _PATIENCE_S = 20
 _OPTIONS = (
     "--headless",
@@ -95,6 +102,11 @@ class Browser:
         self.ask("Page.navigate", url=path.as_uri())
         self.run("new Promise(done => document.readyState === 'complete' ? done() : "
                  "addEventListener('load', done))")  # fmt: skip
+
+    def prefer(self, ground: str) -> None:
+        """Whoever looks prefers "light" or "dark"."""
+        features = [{"name": "prefers-color-scheme", "value": ground}]
+        self.ask("Emulation.setEmulatedMedia", features=features)
 
     def run(self, script: str) -> Any:
         """The value of an expression of JavaScript; promises are awaited."""

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from hil_tests.reporting.html import write_report
-from tests.reporting.html.chromium import PROGRAM, Browser, browser
+from tests.reporting.html.chromium import PROGRAM, READY, Browser, browser
 from tests.reporting.html.making import HEAD, HOSTILE, failed, make_run, passed, result
 
 pytestmark = [
@@ -17,12 +17,6 @@ pytestmark = [
     pytest.mark.skipif(not PROGRAM, reason="chromium is not installed"),
 ]
 
-READY = """new Promise(done => {
-  const box = document.querySelector('details[open] .timeline');
-  box.scrollIntoView();
-  const look = () => box.timeline ? done(true) : setTimeout(look, 20);
-  look();
-})"""
 VIEW = """(t => [t.from, t.to, t.frame, t.check])(
   document.querySelector('details[open] .timeline').timeline)"""
 

@@ -24,7 +24,9 @@
   // Unpacking.
 
   async function unpack(text) {
-    const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+    const letters = atob(text);
+    const packed = new Uint8Array(letters.length);  // Uint8Array.from takes ten times as long
+    for (let place = 0; place < letters.length; place++) packed[place] = letters.charCodeAt(place);
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream('deflate-raw'));
     const raw = new Uint8Array(await new Response(stream).arrayBuffer());
     const size = new DataView(raw.buffer).getUint32(0, true);
