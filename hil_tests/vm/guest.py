@@ -25,6 +25,9 @@ PORTS = ("stdout", "stderr", "status", CONTROL)
 COPY = "COPY"
 HOST_TAG = "host"
 
+PART = ".copying-"
+"""What the folder in a results folder begins with that holds files which are not yet whole."""
+
 _JOB = "/run/nodeproof-job"
 _JOB_ID = "/run/nodeproof-job-id"
 _FOLDERS = ("bin", "dev", "proc", "sys", "run", "host", "writes", "root", "modules")
@@ -91,13 +94,14 @@ def job_script(job: Job) -> str:
 def copy_script(job: Job) -> str:
     """Returns the script that brings out what the job wrote to its results folders.
 
-    With the argument `fresh` it takes what changed since the last time, without it everything.
+    With the argument `fresh` it takes what changed since the last time, without it everything
+    after that.
     """
     folders = [
         f"copy {shlex.quote(f'/writes/upper{path}')} /results{index}"
         for index, path in enumerate(job.results)
     ]
-    return _COPY.format(folders="\n".join(folders))
+    return _COPY.format(part=PART, folders="\n    ".join(folders))
 
 
 def _is_name(name: str) -> bool:
@@ -135,25 +139,38 @@ def _channel(name: str) -> str:
 # and then (the launcher asks every few seconds of wall time) and at the end. So no write of the
 # job is a request to the host, for which its clock would run on. Deleted files of the host are
 # character devices in an overlay's upper folder; files that were brought out and have gone since
-# are found by the list of all that were. Copying has a low priority, one at a time.
+# are found by the list of all that were. Copying has a low priority, one at a time. The machine
+# may be ended at any moment: what is newest goes first, and a file takes the place of the one
+# before only when it is whole.
 _COPY = """#!/bin/busybox sh
 extent=${{1:-all}}
 mkdir /run/copying 2>/dev/null || [ "$extent" = all ] || exit 0
 [ "$extent" = all ] || renice -n 10 -p $$
 touch /run/copied.now
-newer=
-[ "$extent" = fresh ] && [ -e /run/copied ] && newer="-newer /run/copied"
 copy() {{
     cd "$1" 2>/dev/null || return
+    part="$2/{part}$$"
     find . -type c | while read -r gone; do rm -rf "$2/$gone"; done
+    mkdir -p "$part"
     find . \\( -type d -o -type f -o -type l \\) $newer | tee -a "/run/list${{2##*/}}" |
-        cpio -o -H newc 2>/dev/null | (cd "$2" && cpio -idmu 2>/dev/null)
-    [ "$extent" = fresh ] && return
+        cpio -o -H newc 2>/dev/null | (cd "$part" && cpio -idmu 2>/dev/null)
+    cd "$part" && find . -type d | while read -r folder; do mkdir -p "$2/$folder"; done
+    find . -type l | while read -r link; do rm -f "$2/$link"; done
+    find . ! -type d | while read -r whole; do mv -f "$whole" "$2/$whole"; done
+    cd "$1" && rm -rf "$part"
+    [ "$newer" ] && return
     sort -u "/run/list${{2##*/}}" | while read -r seen; do
         [ -e "$seen" ] || [ -L "$seen" ] || rm -rf "$2/$seen"
     done
 }}
-{folders}
+every() {{
+    :
+    {folders}
+}}
+newer=
+[ -e /run/copied ] && newer="-newer /run/copied"
+every
+[ "$extent" = all ] && [ "$newer" ] && newer= && every
 mv /run/copied.now /run/copied
 rmdir /run/copying
 """

@@ -7,6 +7,7 @@ and may finish its reports), then enforced.
 
 from __future__ import annotations
 
+import shutil
 import signal
 import subprocess
 import time
@@ -18,7 +19,7 @@ from types import FrameType
 from typing import IO, Protocol
 
 from hil_tests.vm.errors import Unavailable
-from hil_tests.vm.guest import COPY
+from hil_tests.vm.guest import COPY, PART
 from hil_tests.vm.machine import Machine
 from hil_tests.vm.tail import Tail
 
@@ -121,7 +122,14 @@ class Launcher:
                 self.follow(process)
             finally:
                 _end(process)
+                self._tidy()
         return self.exit_status()
+
+    def _tidy(self) -> None:
+        """Removes what was not brought out as a whole."""
+        for folder in self.machine.results:
+            for part in folder.glob(f"{PART}*"):
+                shutil.rmtree(part, ignore_errors=True)
 
     def follow(self, process: Process) -> None:
         """Passes the output on until the process ends or has to be stopped for good."""
@@ -146,18 +154,23 @@ class Launcher:
             return
         if self.signals.seen:
             self._asked_at = self.clock()
+            self._ask_for_results(process)
             self._tell(process, self.signals.seen[0].name.removeprefix("SIG"))
             self.say(f"stopping the guest, within {_GRACE_S:.0f} s (Ctrl-C again: at once)")
         elif self.timeout_s is not None and elapsed_s > self.timeout_s:
             self._timed_out = True
             self._asked_at = self.clock()
             self.say(f"time is over after {self.timeout_s:g} s; stopping the guest")
+            self._ask_for_results(process)
             self._tell(process, "TERM")
 
     def _copy(self, process: Process) -> None:
         """Has the results brought out now and then, so that not much is lost when it dies."""
-        due = self._ready and self.clock() - self._copied_at > _COPY_EVERY_S
-        if due and self._asked_at is None and self.machine.results:
+        if self.clock() - self._copied_at > _COPY_EVERY_S:
+            self._ask_for_results(process)
+
+    def _ask_for_results(self, process: Process) -> None:
+        if self._ready and self.machine.results:
             self._copied_at = self.clock()
             self._tell(process, COPY)
 

@@ -169,3 +169,15 @@ def test_results_are_asked_for_every_few_seconds(rig: Rig) -> None:
     )
 
     assert process.stdin.getvalue() == b"COPY\n" * 3
+
+
+def test_results_are_asked_for_before_the_command_is_stopped(rig: Rig) -> None:
+    """And while it finishes: the guest may not come to bringing them out by itself."""
+    process = rig.follow(
+        rig.guest("status", "ready\n"),
+        rig.clock.later(5.1),
+        rig.clock.later(55),
+        rig.clock.later(5.1),
+    )
+
+    assert process.stdin.getvalue() == b"COPY\n" * 3 + b"TERM\n" + b"COPY\n"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -68,6 +69,64 @@ def test_the_scripts_are_valid_shell(results: tuple[Path, ...]) -> None:
     asked = job(channels=("vcan0", "vcan1"), results=results)
     for script in (guest.init_script(asked, ["can"]), guest.copy_script(asked)):
         subprocess.run(["sh", "-n"], input=script, text=True, check=True)
+
+
+@pytest.fixture(name="guest_files")
+def _guest_files(tmp_path: Path) -> Path:
+    """The folders of a guest that `copy` works on, with a run in them."""
+    for name in ("run", "results0", "writes/upper/r/7/traces"):
+        (tmp_path / name).mkdir(parents=True)
+    (tmp_path / "writes/upper/r/7/results.json").write_text("{")
+    (tmp_path / "writes/upper/r/7/traces/t.pcapng").write_text("frames")
+    (tmp_path / "writes/upper/r/latest").symlink_to("7")
+    return tmp_path
+
+
+def copy(files: Path, *extent: str) -> None:
+    """Runs the script that brings results out, with the guest's folders in another place."""
+    script = guest.copy_script(job(results=(Path("/r"),)))
+    for name in ("/run/", "/writes/", "/results0"):
+        script = script.replace(name, f"{files}{name}")
+    subprocess.run(["sh", "-s", *extent], input=script, text=True, check=True)
+
+
+def brought_out(files: Path) -> dict[str, str]:
+    """Files of the results folder, and where its links lead."""
+    folder = files / "results0"
+    found = [path for path in folder.rglob("*") if path.is_symlink() or path.is_file()]
+    return {
+        f"{path.relative_to(folder)}": path.readlink().name
+        if path.is_symlink()
+        else path.read_text()
+        for path in found
+    }
+
+
+@pytest.mark.skipif(shutil.which("cpio") is None, reason="no cpio program")
+@pytest.mark.parametrize("extent", [("fresh",), ()])
+def test_results_are_brought_out(extent: tuple[str, ...], guest_files: Path) -> None:
+    """Again and again: what has changed and what has gone since shows in the end."""
+    copy(guest_files, *extent)
+    run = {"7/results.json": "{", "7/traces/t.pcapng": "frames", "latest": "7"}
+    assert brought_out(guest_files) == run
+    (guest_files / "writes/upper/r/7/results.json").write_text("{}")
+    (guest_files / "writes/upper/r/7/traces/t.pcapng").unlink()
+    os.utime(guest_files / "writes/upper/r/7/results.json", (1 << 32, 1 << 32))
+    copy(guest_files, *extent)
+    gone = {} if not extent else {"7/traces/t.pcapng": "frames"}
+    assert brought_out(guest_files) == {"7/results.json": "{}", "latest": "7", **gone}
+    assert not (guest_files / "run" / "copying").exists()
+
+
+@pytest.mark.skipif(shutil.which("cpio") is None, reason="no cpio program")
+def test_a_result_is_replaced_as_a_whole(guest_files: Path) -> None:
+    """Who reads the one before while it is copied reads that one to its end."""
+    copy(guest_files)
+    with (guest_files / "results0/7/results.json").open() as before:
+        (guest_files / "writes/upper/r/7/results.json").write_text("[]")
+        copy(guest_files)
+        assert before.read() == "{"
+    assert brought_out(guest_files)["7/results.json"] == "[]"
 
 
 def test_every_channel_is_made() -> None:
