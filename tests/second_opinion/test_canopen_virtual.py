@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from random import Random
 
 import canopen
 import pytest
 from canopen.sdo.exceptions import SdoAbortedError
-from hypothesis import given
-from hypothesis import strategies as st
 
 from node_model.node import MS, S
 from tests.second_opinion.virtual_canopen import VirtualNetwork, virtual_network
@@ -91,11 +90,27 @@ def test_a_hundred_thousand_transactions(pair: Pair) -> None:
 
 
 @pytest.mark.slow
-@given(st.binary(min_size=1, max_size=2000))
-def test_segments_and_blocks_bring_the_same(data: bytes) -> None:
-    """For every content and size up to 2000 bytes."""
-    with virtual_network() as (_, node):
+def test_every_way_of_transfer_brings_the_same_for_every_size(pair: Pair) -> None:
+    """1 to 2000 bytes: written in segments (or at once), read in blocks; and the other way."""
+    _, node = pair
+    made = Random(2000)
+    for size in range(1, 2001):
+        data, other = made.randbytes(size), made.randbytes(size)
         node.sdo.download(DOMAIN, 0, data)
+        assert block_read(node) == data, size
+        block_write(node, other)
+        assert node.sdo.upload(DOMAIN, 0) == other, size
+    assert node.sdo.responses.strays == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [1, 2, 3, 4])
+def test_short_values_come_at_once_or_in_a_segment(pair: Pair, size: int) -> None:
+    """What may be expedited may be segmented as well."""
+    _, node = pair
+    for segmented in (False, True):
+        data = bytes((0xA0 + size + segmented,)) * size
+        node.sdo.download(DOMAIN, 0, data, force_segment=segmented)
         assert node.sdo.upload(DOMAIN, 0) == block_read(node) == data
 
 

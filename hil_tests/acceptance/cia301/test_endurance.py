@@ -113,11 +113,16 @@ def test_a_supply_that_comes_and_goes_is_survived(
 def test_it_works_under_the_outermost_node_ids(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet, node_id: int
 ) -> None:
-    """Boot-up, SDO, heartbeat and NMT."""
+    """Boot-up, SDO, heartbeat and NMT, as under its own."""
+    shows = sheet.get(PRODUCER) is not None
+    bench.start()
+    if shows:
+        beats(sdo)
+        enter(bench, State.OPERATIONAL)
     bench.fresh(node_id=node_id)
     bench.expect_boot_up(bench.switch_on(), "C-RB-08")
     sdo.serves("C-RB-08")
-    if sheet.get(PRODUCER) is not None:
+    if shows:
         beats(sdo)
         enter(bench, State.OPERATIONAL, "C-RB-08")
 
@@ -126,9 +131,10 @@ def test_it_works_under_the_outermost_node_ids(
 def test_it_works_at_every_bit_rate_of_the_sheet(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet
 ) -> None:
-    """It boots up and answers."""
+    """It boots up and answers, as at its own."""
     if not sheet.device.bit_rates:
         raise NotApplicable(f"{sheet.file} lists no bit rate")
+    bench.start()
     for bit_rate in sheet.device.bit_rates:
         bench.fresh(bit_rate=bit_rate)
         bench.expect_boot_up(bench.switch_on(), "C-RB-08")

@@ -70,7 +70,7 @@ def test_default_identifiers_follow_the_node_id(
             bench.check(value == base + new, text)
 
 
-@pytest.mark.requirement("C-PC-13")
+@pytest.mark.requirement("C-PC-13", "C-ST-04")
 def test_an_identifier_that_was_stored_does_not(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet, lss: Lss
 ) -> None:
@@ -82,6 +82,10 @@ def test_an_identifier_that_was_stored_does_not(
     with put_back(bench, sdo, (index, 1)):
         sdo.write(index, 1, u32(INVALID | NO_RTR | SPARE_ID), requirement="C-PC-04")
         order(bench, sdo, STORE, ALL, SAVE)
+        reset(bench)
+        value = sdo.number(index, 1)
+        text = f"{index:04X}h:01 is {SPARE_ID:03X}h, as it was stored; it is {value:08X}h"
+        bench.check(value & 0x7FF == SPARE_ID, text, requirement="C-ST-04")
         with renumbered(bench, lss) as new:
             other = Sdo(bench, bench.profile.limits.sdo_ns, 0x600 + new, 0x580 + new)
             value = other.number(index, 1)

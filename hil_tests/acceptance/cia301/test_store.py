@@ -302,8 +302,11 @@ def test_a_supply_that_fails_while_it_stores_leaves_the_old_or_the_new(
         order(bench, sdo, STORE, ALL, SAVE)
         power.off()
         bench.expect_boot_up(power.on())
-        text = "two settings are as they were stored when the supply comes back"
-        bench.check(read_both(sdo, place) == old, text, requirement="C-ST-04")
+        found = read_both(sdo, place)
+        text = (
+            f"1017h and {other.place} are {told(old)}, as they were stored; they are {told(found)}"
+        )
+        bench.check(found == old, text, requirement="C-ST-04")
         for turn, phase_ms in enumerate(CUTS_MS):
             new = (u16(2001 + turn), values[turn % 2])
             write_both(sdo, place, new)

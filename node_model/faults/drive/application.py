@@ -21,7 +21,7 @@ class AxisDoesNotMove(Fault, Axis):
 class LosesEverySeventhSynchronousPdo(Fault, Drop):
     """Every seventh TPDO is lost on the way to the wire."""
 
-    violates = ("SYN-02", "C-TP-04", "SYN-06", "C-TP-08")
+    violates = ("SYN-02", "C-TP-04", "SYN-06", "C-TP-08", "C-TP-16")
 
     def picks(self, frame: Frame) -> bool:
         return frame.can_id & 0x780 == 0x180

@@ -210,7 +210,7 @@ class EmergencyTooLate(Wrong, EmergencyProducer):
 class EmergencyIdentifierShowsAReservedBit(Wrong, Drive):
     """1014h reads with bit 30 set."""
 
-    violates = ("EM-07",)
+    violates = ("EM-07", "C-EDS-09")
 
     def boot(self, now: int) -> Frames:
         self.od.put_number(0x1014, 0, self.od.number(0x1014) | 1 << 30)

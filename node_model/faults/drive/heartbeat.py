@@ -103,7 +103,7 @@ class HeartbeatSilentInStopped(Fault, HeartbeatService):
 class HeartbeatSixPercentSlow(Fault, HeartbeatService):
     """The heartbeat's period is 6 % too long."""
 
-    violates = ("C-HB-04", "C-HB-05", "C-HB-03", "C-HB-13")
+    violates = ("C-HB-04", "C-HB-05", "C-HB-03", "C-HB-12", "C-HB-13")
 
     def period_ns(self) -> int:
         return super().period_ns() * 106 // 100
@@ -112,7 +112,7 @@ class HeartbeatSixPercentSlow(Fault, HeartbeatService):
 class HeartbeatSixPercentFast(Fault, HeartbeatService):
     """The heartbeat's period is 6 % too short."""
 
-    violates = ("C-HB-04", "C-HB-05", "C-HB-09")
+    violates = ("C-HB-04", "C-HB-05", "C-HB-09", "C-HB-12")
 
     def period_ns(self) -> int:
         return super().period_ns() * 94 // 100

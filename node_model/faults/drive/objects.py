@@ -172,7 +172,7 @@ class IdentityChangesWithAReset(Fault, Drive):
 class IdentityWithoutVendor(Fault, Drive):
     """The vendor id is 0."""
 
-    violates = ("C-OD-03",)
+    violates = ("C-OD-03", "C-EDS-08")
 
     def boot_frames(self) -> Frames:
         self.od.put_number(0x1018, 1, 0)
@@ -182,7 +182,7 @@ class IdentityWithoutVendor(Fault, Drive):
 class ServerShowsOtherIdentifiers(Fault, Drive):
     """Object 1200h shows the identifiers of node 1."""
 
-    violates = ("C-OD-17",)
+    violates = ("C-OD-17", "C-EDS-09")
 
     def boot(self, now: int) -> Frames:
         said = super().boot(now)

@@ -39,7 +39,7 @@ class SignatureInReverse(Fault, NonVolatile):
 class SavesNothing(Fault, NonVolatile):
     """Storing is acknowledged and stores nothing."""
 
-    violates = ("C-ST-04",)
+    violates = ("C-ST-04", "C-ST-09", "C-SY-13")
 
     def saved(self, group: range) -> Content:
         return self._content

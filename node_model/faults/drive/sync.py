@@ -92,7 +92,7 @@ class WindowHalfAsLong(Fault, SyncService):
 class SyncActsInPreOperational(Fault, PdoService):
     """Once it was operational PDOs are sent and taken in pre-operational, too."""
 
-    violates = ("SYN-07", "C-NMT-14", "C-TP-01", "C-RP-03")
+    violates = ("SYN-07", "C-NMT-14", "C-TP-01", "C-TP-14", "C-RP-03")
 
     def may_act(self) -> bool:
         return self.state in {NmtState.OPERATIONAL, NmtState.PRE_OPERATIONAL}
