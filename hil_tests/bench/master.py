@@ -80,10 +80,12 @@ class Master:
         until = bench.now() + span_ns
         while True:
             due = self._manager.deadline()
-            if due is None or due > until:
-                break
-            self._pass(due)
-        self._pass(until)
+            if due is not None and due <= until:
+                self._pass(due)
+                continue
+            self._pass(until)
+            if bench.now() >= until:
+                return
 
     def _pass(self, until: int) -> None:
         """Let time pass up to a deadline; frames may move it."""

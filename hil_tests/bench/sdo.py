@@ -125,8 +125,7 @@ class Sdo:
         """
         told = f"{what} is refused with {accepted}"
         if not isinstance(outcome, Abort):
-            self._bench.check(False, f"{told}; it was done", requirement=requirement)
-            return
+            self._bench.fail(f"{told}; it was done", requirement=requirement)
         code = outcome.code
         text = f"{told}; the code is {show_code(code)}"
         self._bench.check(code in accepted, text, requirement=requirement)
