@@ -1,11 +1,12 @@
 """Any frames to the drive and to a generic device, in virtual time, on all cores.
 
-    python -m benchmarks.fuzz --frames 10000000 [--seed N]
+    python -m benchmarks.fuzz --frames 10000000 [--seed N] [--first M]
     python -m benchmarks.fuzz --seed N --life M
 
 What must hold is in `benchmarks.fuzz.watched` and, of requests that must be served, in
 `benchmarks.fuzz.lives`. A finding is told with seed, life and frame, and as a short list of
-frames. Status 1 where there is one.
+frames. Status 1 where there is one. A run that was ended goes on from the life that its last
+line names.
 """
 
 from __future__ import annotations
@@ -63,14 +64,20 @@ def told(seed: int, result: Result) -> str:
     return "\n".join(lines)
 
 
-def summed(seed: int, results: Iterable[Result], wanted: int) -> int:
+def summed(seed: int, results: Iterable[Result], wanted: int, first: int = 0) -> int:
     """Tell what comes; how many findings there are."""
     began = last = time.monotonic()
+    ahead: set[int] = set()
+    """Lives that are over while one before them is not."""
     frames = probes = spent = findings = 0
     for result in results:
         frames += result.lived.frames
         probes += result.lived.probes
         spent += result.lived.spent
+        ahead.add(result.number)
+        while first in ahead:
+            ahead.remove(first)
+            first += 1
         if result.lived.finding is not None:
             findings += 1
             if findings <= _MOST_FINDINGS:
@@ -81,7 +88,7 @@ def summed(seed: int, results: Iterable[Result], wanted: int) -> int:
             rate = frames / (now - began)
             print(
                 f"{frames} frames ({rate:.0f}/s), {probes} rounds of valid requests served, "
-                f"{spent} lives cut short, {findings} findings",
+                f"{spent} lives cut short, {findings} findings; goes on with --first {first}",
                 flush=True,
             )
         if frames >= wanted:
@@ -96,6 +103,7 @@ def main() -> int:
     )
     parser.add_argument("--frames", type=int, default=1_000_000)
     parser.add_argument("--seed", type=int, default=0, help="another seed, other frames")
+    parser.add_argument("--first", type=int, default=0, help="life to begin with, to go on")
     parser.add_argument("--life", type=int, help="only this one, as a finding names it")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
     options = parser.parse_args()
@@ -104,8 +112,9 @@ def main() -> int:
     most = 2 * (options.frames // FRAMES + 1)  # some are cut short
     with multiprocessing.Pool(options.jobs) as pool:
         play_one = partial(lived, options.seed)
-        results = pool.imap_unordered(play_one, range(most), chunksize=4)
-        return min(summed(options.seed, results, options.frames), 1)
+        numbers = range(options.first, options.first + most)
+        results = pool.imap_unordered(play_one, numbers, chunksize=4)
+        return min(summed(options.seed, results, options.frames, options.first), 1)
 
 
 if __name__ == "__main__":

@@ -366,6 +366,27 @@ def _edges() -> Iterator[Script]:
     yield (*script()[:-1], *(Step(70 * MS, power) for power in (OFF, ON) * 3))
 
 
+def _basics() -> Iterator[Script]:
+    early = (Step(0, ON), Step(20 * MS, frame(0x6A0, 1)), Step(9 * MS, OPERATIONAL))
+    yield (*early, Step(100 * MS, read(0x1000)), Step(30 * MS, None))
+    names = (read(0x1008), sdo(0x60), sdo(0x70), sdo(0x60))
+    numbers = (read(0x1015), read(0x1005), read(0x1012), read(0x1402, 1), read(0x1803, 1))
+    yield script(*names, *numbers, write(0x1017, 0, 0x102, 2), read(0x1017))
+    for command in (0x82, 0x81):
+        beat = write(0x1017, 0, 40, 2)
+        yield script(beat, nmt(command), None, None, read(0x1017), wait_ns=8 * MS)
+    off, on = write(0x1401, 1, 0x8000_0305, 4), write(0x1401, 1, 0x305, 4)
+    count = write(0x1601, 0, 0, 1)
+    dummy, speed = write(0x1601, 1, 0x0005_0008, 4), write(0x1601, 2, 0x2010_0A08, 4)
+    steps = (off, count, dummy, speed, write(0x1601, 0, 2, 1), read(0x1601, 2), on)
+    used = (OPERATIONAL, frame(0x305, 0x22, 0x33), read(0x2010, 10))
+    yield script(*steps, write(0x1401, 2, 255, 1), *used)
+    yield script(off, count, write(0x1601, 1, 0x5FFF_0008, 4), dummy, off, dummy, read(0x1601, 1))
+    yield (*script(write(0x1010, 1, SAVE, 4)), Step(1100 * MS, None))
+    yield script(BEAT, frame(0x7C5, 1), None, None, frame(0x7E0), None, wait_ns=9 * MS)
+    yield script(BEAT, *(frame(0x6A0, 1),) * 60, None, None, None, wait_ns=MS // 10)
+
+
 TOPICS: Mapping[str, Callable[[], Iterator[Script]]] = {
     "network": _network,
     "error control": _error_control,
@@ -378,6 +399,7 @@ TOPICS: Mapping[str, Callable[[], Iterator[Script]]] = {
     "storing": _storing,
     "lss": _lss,
     "edges": _edges,
+    "basics": _basics,
 }
 
 

@@ -103,6 +103,7 @@ ABOUT = {
     "storing": "storing",
     "lss": "lss",
     "edges": "edges",
+    "basics": "basics",
 }
 """Module of a fault -> topic of the scripts that most likely show it; else that of PDOs."""
 

@@ -39,6 +39,9 @@ from hil_tests.api import (
 LINGER_NS = 1 * S
 """How long after a start a second boot-up is looked for."""
 
+EARLY_NS = 10 * MS
+"""So long before a boot-up a device is still starting for sure."""
+
 UNDEFINED = (0x00, 0x03, 0x7F, 0x83, 0xFF)
 COMMANDS = tuple(COMMAND_TO.values())
 
@@ -69,20 +72,29 @@ def test_it_is_pre_operational_after_its_boot_up(
 
 @pytest.mark.requirement("C-NMT-03", "C-NMT-02")
 def test_what_comes_before_the_boot_up_has_no_effect(
-    bench: Cia301Bench, power: Power, sheet: Sheet
+    bench: Cia301Bench, sdo: Sdo, power: Power, sheet: Sheet
 ) -> None:
-    """Commands and requests while it starts: no answer, and it is pre-operational then."""
+    """Commands and requests while it starts: no answer, and it is pre-operational then.
+
+    A command that nobody acknowledges goes on trying, and comes once the device is there.
+    """
     needs_writable(sheet, (PRODUCER, 0))
     bench.fresh()
     on = power.on()
     if bench.first(matchers.boot_up(bench.node_id), on, bench.now() + 1 * MS):
         return  # a device that starts at once leaves no time for it
-    bench.post(nmt_frame(Nmt.START, bench.node_id))
+    start = nmt_frame(Nmt.START, bench.node_id)
+    bench.post(start)
     bench.post(Frame(0x600 + bench.node_id, sdo_frames.read(DEVICE_TYPE, 0)))
     boot = bench.expect_boot_up(on)
     early = bench.collect(matchers.cob(0x580 + bench.node_id), after=on, until=bench.now())
     before = [seen for seen in early if seen.index < boot.index]
     bench.check(not before, "no SDO answer comes before the boot-up", requirement="C-NMT-02")
+    own = (seen for seen in bench.frames_seen() if seen.own and seen.frame == start)
+    if any(seen.at + EARLY_NS < boot.wanted.earliest for seen in own):
+        beats(sdo)
+        now = bench.now()
+        bench.expect_state(State.PRE_OPERATIONAL, after=now, requirement="C-NMT-03")
 
 
 @pytest.mark.requirement("C-NMT-04", "C-NMT-05", "C-NMT-21")

@@ -2,6 +2,7 @@
 
 from node_model.faults.drive import (
     application,
+    basics,
     consuming,
     edges,
     emergencies,
@@ -40,6 +41,7 @@ FAULTS: tuple[type[Fault], ...] = (
     *storing.FAULTS,
     *lss.FAULTS,
     *edges.FAULTS,
+    *basics.FAULTS,
 )
 DEVIATIONS: tuple[type[Deviation], ...] = variants.DEVIATIONS
 
