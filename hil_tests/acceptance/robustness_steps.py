@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hil_tests.api import MS, Interval, KeypadBench, Nmt, Seen, State, exactly, matchers
+from hil_tests.api import MS, Interval, KeypadBench, Nmt, Seen, State, cobs, exactly, matchers
 
 LINGER_NS = 50 * MS
 """A frame that is late by its host is no surplus one."""
@@ -46,6 +46,8 @@ def obeying(bench: KeypadBench, state: Nmt = Nmt.PRE_OPERATIONAL) -> int:
 def expect_beats_only(bench: KeypadBench, after: Interval | Seen, spared: int = -1) -> None:
     """Since `after` the node has sent heartbeats and nothing else.
 
+    Where others are on the bus, its own identifiers are looked at.
+
     Args:
         bench: the bench.
         after: when nothing more was due that had been asked for.
@@ -53,9 +55,12 @@ def expect_beats_only(bench: KeypadBench, after: Interval | Seen, spared: int = 
     """
     node_id = bench.node_id
     beat, boot_up = matchers.heartbeat(node_id), matchers.boot_up(node_id)
+    who = matchers.any_of(cobs.device_ids(node_id), "frame of the node")
+    if bench.stage.exclusive:
+        who = matchers.anything()
     found = [
         seen.frame
-        for seen in bench.collect(matchers.anything(), after=after, until=bench.now())
+        for seen in bench.collect(who, after=after, until=bench.now())
         if not beat.accepts(seen.frame) and seen.frame.can_id != spared
     ]
     restarted = any(map(boot_up.accepts, found))

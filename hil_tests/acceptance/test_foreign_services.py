@@ -54,7 +54,7 @@ def test_services_of_others_are_not_answered(bench: KeypadBench) -> None:
     bench.needs_exclusive()
     bench.start(prefer=QUICK)
     obeying(bench)
-    for state in (Nmt.PRE_OPERATIONAL, Nmt.START, Nmt.STOP):
+    for state in (Nmt.START, Nmt.STOP, Nmt.PRE_OPERATIONAL):
         quiet = settled(bench, state)
         for frame in services_of_others(bench.node_id):
             bench.send(frame)

@@ -120,7 +120,7 @@ class HeartbeatLateAtWrap(Operation, Fault):
 class DeafAfterTwoHundredCommands(Operation, Fault):
     """After two hundred NMT commands since power-on the node obeys no more."""
 
-    violates = ("NMT-04",)
+    violates = ("NMT-04", "NMT-07")
     heard = 0
 
     def command(self, frame: Frame) -> NmtCommand | None:

@@ -159,7 +159,7 @@ class ForeignBootUpEndsOperational(Open, Fault):
 class SyncStarts(Open, Fault):
     """SYNC makes the node operational."""
 
-    violates = ("NMT-03", "ROB-01", "KEY-07", "NMT-07")
+    violates = ("NMT-03", "ROB-01", "ROB-02", "KEY-07", "NMT-07")
 
     def upset_by(self, frame: Frame) -> bool:
         """SYNC."""
