@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import pairwise
+
 from hil_tests.acceptance.cia301.steps import (
     BEHAVIOUR,
     COMMUNICATION_BIT,
@@ -17,12 +20,15 @@ from hil_tests.api import (
     Cia301Bench,
     Frame,
     Limits,
+    Outcome,
     Sdo,
     Seen,
     State,
+    Verdict,
     cobs,
     matchers,
     sdo_frames,
+    show_span,
     u8,
 )
 
@@ -89,6 +95,47 @@ def expect_no_event(bench: Cia301Bench, since: Seen | int, span_ns: int, require
     """No EMCY 8130h for a while."""
     matcher = matchers.emcy(bench.node_id, code=LIFE_GUARD_CODE)
     bench.never(matcher, after=since, for_ns=span_ns, requirement=requirement)
+
+
+def expect_none_while_fed(
+    bench: Cia301Bench,
+    feed: Callable[[], Seen],
+    times: int,
+    every_ns: int,
+    life_ns: int,
+    requirement: str,
+) -> None:
+    """No EMCY 8130h while the tester sends often enough.
+
+    Where the tester's own computer was late with it, an event says nothing of the device.
+
+    Args:
+        bench: the bench.
+        feed: sends what the device waits for.
+        times: how often.
+        every_ns: pause after each.
+        life_ns: how long the device waits.
+        requirement: that is judged.
+
+    Raises:
+        DeviceFailure: an event came all the same.
+        InconclusiveResult: one came, and the tester had kept it waiting.
+    """
+    began = bench.now()
+    fed = []
+    for _ in range(times):
+        fed.append(feed().at)
+        bench.wait(every_ns)
+    ended = bench.now()
+    matcher = matchers.emcy(bench.node_id, code=LIFE_GUARD_CODE)
+    longest_ns = max(later - earlier for earlier, later in pairwise([*fed, ended]))
+    if longest_ns > (every_ns + life_ns) // 2 and bench.collect(matcher, after=began, until=ended):
+        text = (
+            f"the tester was late: {show_span(longest_ns)} between two of its frames, where"
+            f" {show_span(every_ns)} were meant and {show_span(life_ns)} lead to the event"
+        )
+        bench.conclude(Verdict(requirement, Outcome.INCONCLUSIVE, text, at=ended), began)
+    expect_no_event(bench, began, ended - began, requirement)
 
 
 def expect_register(bench: Cia301Bench, sdo: Sdo, emcy: Seen, requirement: str) -> None:
