@@ -302,10 +302,12 @@ class World:
 
     def _count(self) -> None:
         """Who hears and acknowledges has changed."""
-        self._audience = sum(c.rate == self.bit_rate for c in self.controllers)
+        rate, audience = self.bit_rate, 0
         self._routes.clear()
         for controller in self.controllers:
             controller.usual = None
+            audience += controller.rate == rate
+        self._audience = audience
 
     def _abort(self) -> None:
         """The frame on the wire is cut off in the middle, which everybody sees as an error."""
@@ -356,9 +358,10 @@ class World:
 
     def _route(self, key: int) -> tuple[Controller, ...]:
         """The stations whose acceptance filter lets this identifier through; -1 = extended."""
-        route = self._routes[key] = tuple(
+        rate = self.bit_rate
+        route = [
             c
             for c in self.controllers
-            if c.rate == self.bit_rate and (c.listens_to is None or key in c.listens_to)
-        )
-        return route
+            if c.rate == rate and (c.listens_to is None or key in c.listens_to)
+        ]
+        return self._routes.setdefault(key, tuple(route))

@@ -15,7 +15,8 @@ On an untimed wire a frame is asked for at its stamp, within the stamp's doubt.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
+from operator import sub
 from typing import NamedTuple
 
 from hil_tests.clock import FOREVER, Interval
@@ -135,29 +136,39 @@ class CausalClock:
     def see(self, sighting: Sighting, index: int) -> Seen:
         """The causal interval of the next frame of the trace."""
         frame, at, doubt_ns, own = sighting
-        if not self.bit_ns:
-            return seen_between(frame, at, at - doubt_ns, at, own, index)
-        earliest = self._request(frame, at, doubt_ns, own)
-        return seen_between(frame, at, earliest, at - self._last_ns, own, index)
+        earliest = self.request(frame, at, doubt_ns, own=own)
+        return self.seen(frame, at, earliest, own, index)
 
     def seen(self, frame: Frame, at: int, earliest: int, own: bool, index: int) -> Seen:
         """A frame with its causal interval, of which the earlier end is known."""
         latest = at - (frame.known_bits or frame.bits) * self.bit_ns if self.bit_ns else at
         return seen_between(frame, at, earliest, latest, own, index)
 
-    def requests(self, sightings: Iterable[tuple[Frame, int, int, bool]]) -> list[int]:
-        """When each of the next frames of the trace can have been asked for at the earliest.
+    def requests(self, frame: Frame, instants: list[int]) -> list[int]:
+        """As `request`, for the same frame of others again and again, without doubt.
 
         Args:
-            sightings: frame, instant, doubt, whether it is our own.
+            frame: which.
+            instants: when it has ended, each time.
         """
-        if not self.bit_ns:
-            return [at - doubt_ns for _, at, doubt_ns, _ in sightings]
-        request = self._request
-        return [request(frame, at, doubt_ns, own) for frame, at, doubt_ns, own in sightings]
+        first_at, away_ns = instants[0], frame.bits * self.bit_ns + self.bit_ns
+        far_ns = away_ns + self._pause_ns
+        apart = (
+            first_at - self._last_end > far_ns
+            and min(map(sub, instants[1:], instants), default=far_ns + 1) > far_ns
+        )
+        if not apart or not self.bit_ns:
+            return [self.request(frame, at, 0, own=False) for at in instants]
+        # The wire was idle before each: as below, for all at once.
+        found = [at - away_ns for at in instants]
+        self._last, self._last_ns = frame, away_ns - self.bit_ns
+        self._first, self._chain_from, self._last_end = frame, found[-1], instants[-1]
+        return found
 
-    def _request(self, frame: Frame, at: int, doubt_ns: int, own: bool) -> int:
+    def request(self, frame: Frame, at: int, doubt_ns: int, *, own: bool) -> int:
         """When the next frame of the trace can have been asked for at the earliest."""
+        if not self.bit_ns:
+            return at - doubt_ns
         if frame is not self._last:
             self._last, self._last_ns = frame, frame.bits * self.bit_ns
         start = at - self._last_ns - doubt_ns

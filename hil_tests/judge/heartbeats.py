@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from operator import sub
 
 from hil_tests.clock import FOREVER, Interval, show_span
 from hil_tests.judge.causal import Lateness, Seen
@@ -81,11 +82,11 @@ class Heartbeats:
             return False
         low, high = self._low, self._high
         early, late = last.wanted
-        for earliest, latest in zip(requests, starts, strict=True):
-            if earliest - late < low or latest - early > high:
-                return False
-            early, late = earliest, latest
-        return True
+        if requests[0] - late < low or starts[0] - early > high:
+            return False
+        least = min(map(sub, requests[1:], starts), default=low)
+        most = max(map(sub, starts[1:], requests), default=high)
+        return least >= low and most <= high
 
     def go_on(self, last: Seen, count: int) -> None:
         """`see` for `count` beats that came in time, of which this is the last."""
@@ -117,8 +118,9 @@ class Heartbeats:
             text = f"heartbeat {seen.frame} shows no NMT state"
             self._suspect(self._ids.beat_form, text, seen)
             return
-        if state in self._timeline.possible(seen.wanted):
-            if self._timeline.sure(seen.wanted) is state:
+        possible = self._timeline.possible(seen.wanted)
+        if state in possible:
+            if len(possible) == 1:
                 self._known = seen.frame
             self._stays(seen, state)
         elif state not in self.excused:

@@ -28,7 +28,7 @@ from hil_tests.judge.monitors import AllowedFrames, BootUp, Monitor
 from hil_tests.judge.reaction import Reaction
 from hil_tests.judge.settings import HeartbeatSet, IdentifierSet, Role, SdoListener, Setting
 from hil_tests.judge.speakers import Speakers
-from hil_tests.judge.timeline import ANY_STATE, States, StateTimeline
+from hil_tests.judge.timeline import ANY_STATE, States, StateTimeline, commissions
 from hil_tests.judge.verdict import Verdict
 from hil_tests.trace import Burst, BusEvent, Moment, Sighting
 from node_model.frame import Frame
@@ -118,8 +118,8 @@ class Watch:
         Returns:
             After which instant each of them was asked for.
         """
-        requests = self.clock.requests(burst.seen())
-        frames = burst.frames
+        requests: list[int] = []
+        frames, instants = burst.frames, burst.instants
         place, end = 0, len(frames) - burst.own
         while place < end:
             frame, first = frames[place], place
@@ -127,10 +127,14 @@ class Watch:
             if frame is self._beat:
                 while place < end and frames[place] is frame:
                     place += 1
+                requests += self.clock.requests(frame, instants[first:place])
                 self._beats(burst, requests, range(first, place), index)
-            elif self._is_device(frame):
+                continue
+            requests.append(self.clock.request(frame, instants[first], 0, own=False))
+            if self._is_device(frame):
                 self._device(self._seen(burst, requests, first, index))
         if burst.own:
+            requests.append(self.clock.request(frames[end], instants[end], 0, own=True))
             self._own(self._seen(burst, requests, end, index))
         return requests
 
@@ -153,15 +157,14 @@ class Watch:
             self._heartbeats.see(self._seen(burst, requests, place, index))
 
     def _device(self, seen: Seen) -> None:
-        frame = seen.frame
+        frame, _, wanted, _, _ = seen
         self._allowed.see(seen)
-        dying = self._fades_until >= 0 and seen.wanted.earliest <= self._fades_until
+        dying = self._fades_until >= 0 and wanted.earliest <= self._fades_until
         if self._sdo is None or dying:
             return  # whose it is nobody can say, or it is dying, and owes nothing any more
-        if self.timeline.commissions(seen.wanted):
+        if commissions(self.timeline.possible(wanted)):
             return  # there every frame but the echo is wrong, and none is a start or a beat
-        is_beat = frame.can_id == self._beat_id
-        asked_for = self._boot.owed
+        is_beat, asked_for = frame.can_id == self._beat_id, self._boot.owed
         if is_beat or asked_for:
             self._boot.see(seen)
         if self._sdo.waits or self._held is not None:
@@ -174,9 +177,9 @@ class Watch:
             self._heartbeats.see(seen)
             if frame.data == b"\x00":
                 if not asked_for:
-                    self._forget_settings(seen.wanted, Nmt.RESET_COMMUNICATION)
+                    self._forget_settings(wanted, Nmt.RESET_COMMUNICATION)
                 self._booted(seen)
-            elif self.timeline.sure(seen.wanted) and not self._boot.owed:
+            elif not self._boot.owed and self.timeline.sure(wanted):
                 self._beat = frame
 
     def _await_period(self, request: Seen) -> None:
