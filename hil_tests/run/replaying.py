@@ -157,12 +157,17 @@ def example_of(test: RecordedTest) -> tuple[str, bytes] | None:
         return None
     import hypothesis  # noqa: PLC0415 - where a property is replayed
 
-    end = load_record(test.trace).end
-    found = _BLOB.search(str(end.detail.get("example", ""))) if end else None
+    found = _BLOB.search(_example_in(test.trace))
     if found is None:
         return None
     version, blob = map(ast.literal_eval, found.groups())
     return (version, blob) if version == hypothesis.__version__ else None
+
+
+def _example_in(trace: Path) -> str:
+    """How the record of a property's example says that it can be repeated; "" = it does not."""
+    end = load_record(trace).end
+    return str(end.detail.get("example", "")) if end else ""
 
 
 # The run.
@@ -221,6 +226,13 @@ class ReplayRun(Run):
             self.bench.record(verdict)
         _end_as(result)
         return True
+
+    def keep_last_example(self, error: BaseException | None) -> None:
+        """See Run; the example is the recorded one, so that the replay can be replayed."""
+        super().keep_last_example(error)
+        recorded = self.recorded.find(self._test)
+        if not self._example and recorded is not None and recorded.trace is not None:
+            self._example = _example_in(recorded.trace)
 
     def end(self, error: BaseException | None, claimed: str) -> BaseException | None:
         """See Run; an example that fails no more is one that passes."""

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from hil_tests.replay.record import load_record
 from hil_tests.reporting.tally import pairs
 from tests.run.harness import Judged, judge
 
@@ -94,10 +95,14 @@ def test_the_failing_example_of_a_property_is_replayed(pytester: pytest.Pytester
     again = replay(pytester, run)
     assert "counted as recorded" not in again.section("replay")
     assert told(again) == told(run)
-    shrunk = [
-        next(path for path in each.traces() if "shrunk" in path.name) for each in (run, again)
+    then, now = [
+        load_record(next(path for path in each.traces() if "shrunk" in path.name))
+        for each in (run, again)
     ]
-    assert shrunk[0].read_bytes() == shrunk[1].read_bytes()
+    assert (now.opening, now.entries, now.marks) == (then.opening, then.entries, then.marks)
+    assert then.end is not None
+    assert now.end is not None
+    assert now.end.detail["example"] == then.end.detail["example"]
     assert "@reproduce_failure" not in run.text
 
 
