@@ -3,7 +3,8 @@
 A wrong state is blamed on the transition (NMT-07), a boot-up that nobody asked for on NMT-02.
 If the device was right until a frame came that looks like an NMT command for it and is none,
 it should have ignored that frame (NMT-05); if it restarts after any other frame, it is the
-traffic that it did not stand (ROB-01).
+traffic that it did not stand (ROB-01). A key change that is missing is no state at all where a
+heartbeat after that frame shows operational.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ _BY_STATE = frozenset(("NMT-02", "NMT-03", "NMT-07", "KEY-01", "KEY-06", "KEY-07
 """Verdicts that a wrong NMT state leads to."""
 
 BOOT_UP = b"\x00"
+OPERATIONAL = b"\x05"
 
 _LOOK_BACK = 400
 """Frames."""
@@ -25,7 +27,7 @@ def better(bench: KeypadBench, node_id: int, verdict: Verdict) -> Verdict:
     """The verdict, with the requirement that says most about its cause."""
     if verdict.requirement not in _BY_STATE or verdict.at is None:
         return verdict
-    lure = _lure(bench, node_id, verdict.at)
+    lure = _lure(bench, node_id, verdict.at, of_keys=verdict.requirement.startswith("KEY"))
     if lure is None:
         return verdict
     restarted = verdict.requirement == "NMT-02" and _restarted(bench, node_id, verdict.at)
@@ -38,9 +40,9 @@ def better(bench: KeypadBench, node_id: int, verdict: Verdict) -> Verdict:
     return replace(verdict, requirement=name, text=f"{verdict.text}, after {lure}")
 
 
-def _lure(bench: KeypadBench, node_id: int, at: int) -> Frame | None:
+def _lure(bench: KeypadBench, node_id: int, at: int, *, of_keys: bool) -> Frame | None:
     """The last frame that the device should have ignored, if it was right before it."""
-    trace = bench.trace
+    trace, beat = bench.trace, cobs.ERROR_CONTROL + node_id
     index = min(trace.index_at(at), len(trace) - 1)
     wrong = trace.frame(index).frame if index >= 0 else None
     lure: Frame | None = None
@@ -51,7 +53,10 @@ def _lure(bench: KeypadBench, node_id: int, at: int) -> Frame | None:
             if cobs.nmt_for(frame, node_id) is not None:
                 return None
             lure = lure or frame
-        elif lure is not None and frame.can_id == cobs.ERROR_CONTROL + node_id:
+        elif frame.can_id == beat and lure is None:
+            if of_keys and frame.data == OPERATIONAL:
+                return None
+        elif frame.can_id == beat:
             # What it showed before, too, no lure has led to.
             return None if frame.data != BOOT_UP and frame == wrong else lure
     return None

@@ -49,6 +49,13 @@ def test_verdicts_that_no_state_leads_to_are_left_alone(requirement: str) -> Non
     assert blamed(requirement, BEAT, f">{NEIGHBOUR}", "706#04").requirement == requirement
 
 
+def test_a_missing_key_frame_is_of_the_lure_where_no_beat_denies_it() -> None:
+    """A beat that shows operational after the lure: it was ignored, and the key is at fault."""
+    assert blamed("KEY-06", BEAT, f">{NEIGHBOUR}", GARBAGE).requirement == "NMT-05"
+    assert blamed("KEY-06", BEAT, f">{NEIGHBOUR}", "706#04", GARBAGE).requirement == "NMT-05"
+    assert blamed("KEY-06", BEAT, f">{NEIGHBOUR}", BEAT, GARBAGE).requirement == "KEY-06"
+
+
 def test_a_command_for_the_device_explains_more() -> None:
     """After one that it must obey, the transition itself is wrong."""
     assert blamed("NMT-07", BEAT, f">{STOP}", f">{NEIGHBOUR}", BEAT).requirement == "NMT-07"
