@@ -382,11 +382,11 @@ class JudgingBench(BenchCore):
 
     def _beat_rule(self, beat: Seen | None) -> str:
         """The requirement on when a beat comes (None = the next one): the first has its own."""
-        ids, mine = self.watch.expected.ids, matchers.cob(ERROR_CONTROL + self.node_id)
+        mine = matchers.cob(ERROR_CONTROL + self.node_id)
         places = reversed(range(len(self.trace) if beat is None else beat.index))
-        older = (each.frame for each in map(self.trace.frame, places) if not each.own)
-        last = next(filter(mine.accepts, older), None)
-        return ids.beat_first if last is not None and last.data == b"\x00" else ids.beat
+        older = (each for each in map(self.trace.frame, places) if not each.own)
+        last = next((each for each in older if mine.accepts(each.frame)), None)
+        return self.watch.rule_after(last)
 
     def expect_state(self, state: State, *, after: When, requirement: str = "") -> None:
         """The heartbeat shows `state` once a command has had time to act.

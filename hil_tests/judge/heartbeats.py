@@ -33,7 +33,7 @@ class Heartbeats:
         self._steady_from: Seen | None = None
         self._steady = 0
         self._started = False
-        self._begun = -FOREVER
+        self.begun = -FOREVER
         """From when on its present period counts."""
         self.excused: States = frozenset()
         """States that an error of which nothing was seen may have led to."""
@@ -111,7 +111,7 @@ class Heartbeats:
         if len(data) != 1:
             return  # its length is the other monitor's business
         state = SHOWN.get(data[0])
-        if self._expected.heartbeat_ns == 0 and seen.wanted.earliest > self._begun:
+        if self._expected.heartbeat_ns == 0 and seen.wanted.earliest > self.begun:
             text = f"heartbeat {seen.frame} although its period is 0"
             self._suspect(self._ids.beat_off, text, seen)
         if state is None:
@@ -195,7 +195,7 @@ class Heartbeats:
         self._expected = expected
         self._low = expected.heartbeat_each.at_least_ns
         self._high = expected.heartbeat_each.at_most_ns
-        self._begun = when.latest
+        self.begun = when.latest
         self._free_until = max(self._free_until, when.latest)
 
     def restarted(self, when: Interval, by: Nmt | None) -> None:

@@ -232,6 +232,16 @@ class Watch:
         self._beat = None
         self._heartbeats.retimed(expected, self._calm(when))
 
+    def rule_after(self, last: Sighting | None) -> str:
+        """The requirement on when the next beat comes, after this beat or boot-up.
+
+        That on the first beat speaks of the period of the start, not of one that was set since.
+        """
+        ids = self.expected.ids
+        if last is None or last.frame.data != b"\x00":
+            return ids.beat
+        return ids.beat_first if last.at >= self._heartbeats.begun else ids.beat
+
     def goes_on_from(self, before: Watch) -> None:
         """The same device, watched anew: what was set in it since its start still holds."""
         if before.expected.heartbeat_ns != before._home.heartbeat_ns:

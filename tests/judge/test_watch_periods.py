@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from hil_tests.clock import MS
 from hil_tests.judge.cobs import Nmt
+from hil_tests.trace import Sighting
 from node_model.frame import Frame
 from tests.judge.cia301_scene import running, write
 from tests.judge.scene import Scene
@@ -123,3 +125,15 @@ def test_a_reset_ends_the_wait_for_an_answer() -> None:
     scene.see(Frame(0x585, bytes.fromhex("6008100000000000")), 230)
     scene.see(BEAT, 300)
     assert "C-HB-06" in scene.blamed(400)
+
+
+def test_the_rule_on_the_first_beat_speaks_of_the_period_of_the_start() -> None:
+    """After a boot-up it holds, unless 1017h was written since; between beats it never does."""
+    scene = running(100)
+    boot_up, beat = Frame(0x705, b"\x00"), Frame(0x705, b"\x05")
+    assert scene.watch.rule_after(None) == "C-HB-04"
+    assert scene.watch.rule_after(Sighting(beat, 150 * MS)) == "C-HB-04"
+    assert scene.watch.rule_after(Sighting(boot_up, 150 * MS)) == "C-HB-13"
+    write(scene, HEARTBEAT_50, 200)
+    assert scene.watch.rule_after(Sighting(boot_up, 150 * MS)) == "C-HB-04"
+    assert scene.watch.rule_after(Sighting(boot_up, 250 * MS)) == "C-HB-13"
