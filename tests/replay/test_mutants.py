@@ -1,6 +1,6 @@
 """The bars of replay: a record gives the verdict that the bus gave, on every kind of fault.
 
-Here a sample; the whole is run by hand, as docs/replay.md says.
+Here a sample; `python -m tests.replay.every` does the same with all of them.
 """
 
 from __future__ import annotations
