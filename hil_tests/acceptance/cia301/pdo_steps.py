@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from hil_tests.acceptance.cia301.steps import APPLICATION, RPDO, TPDO, first
+from hil_tests.acceptance.cia301.steps import APPLICATION, RPDO, TPDO, first, go, needs_writable
 from hil_tests.api import (
+    MS,
     Cia301Bench,
     EdsObject,
     Frame,
@@ -13,8 +14,11 @@ from hil_tests.api import (
     Sdo,
     Seen,
     Sheet,
+    State,
     cobs,
+    matchers,
     u8,
+    u16,
     u32,
 )
 
@@ -25,6 +29,9 @@ MAPPING = 0x200
 SENT, RECEIVED = frozenset({"rw", "rwr"}), frozenset({"rw", "rww"})
 EVENT = 255
 SYNCHRONOUS = 1
+
+SETTLE_NS = 20 * MS
+"""How long an RPDO may take to be applied."""
 
 
 def find(sheet: Sheet, base: int) -> int:
@@ -112,6 +119,67 @@ def quiet_others(sdo: Sdo, sheet: Sheet, but: int) -> None:
         value = sdo.number(index, 1)
         if not value & INVALID:
             sdo.write(index, 1, u32(value | INVALID), requirement="C-TP-01")
+
+
+def receiving(
+    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, kind: int = EVENT, count: int = 1
+) -> tuple[list[EdsObject], int]:
+    """An operational device whose first RPDO fills some objects: those, and its identifier."""
+    bench.needs_exclusive()
+    bench.needs_writes("application objects are written")
+    index = find(sheet, RPDO)
+    found = [one for one in mappable(sheet, RECEIVED) if one.kind.size == 1]
+    if len(found) < count:
+        raise NotApplicable(f"the device has no {count} bytes that an RPDO can fill")
+    objects = found[:count]
+    bench.start()
+    can_id = set_up(sdo, index, objects, kind)
+    for one in objects:
+        sdo.write(one.index, one.sub, b"\x11")
+    go(bench, State.OPERATIONAL)
+    return objects, can_id
+
+
+def values(sdo: Sdo, objects: list[EdsObject]) -> bytes:
+    """What SDO reads of them."""
+    return b"".join(sdo.read(one.index, one.sub) for one in objects)
+
+
+def sending(
+    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, kind: int, **how: object
+) -> tuple[int, EdsObject, int]:
+    """A started device whose first TPDO carries one object: its parameter, object, identifier."""
+    bench.needs_exclusive()
+    bench.needs_writes("application objects are written")
+    index, one = find(sheet, TPDO), one_mappable(sheet, SENT)
+    bench.start()
+    quiet_others(sdo, sheet, index)
+    can_id = set_up(sdo, index, [one], kind, **how)  # type: ignore[arg-type]
+    return index, one, can_id
+
+
+def timed(bench: Cia301Bench, sdo: Sdo, sheet: Sheet, timer_ms: int) -> tuple[int, EdsObject, int]:
+    """An operational device whose first TPDO is sent by its event timer: as `sending`."""
+    index = find(sheet, TPDO)
+    needs_writable(sheet, (index, 5))
+    inhibit = [(3, u16(0))] if sheet.get(index, 3) else []
+    found = sending(bench, sdo, sheet, EVENT, extra=[*inhibit, (5, u16(timer_ms))])
+    go(bench, State.OPERATIONAL)
+    return found
+
+
+def change(sdo: Sdo, one: EdsObject, value: int) -> bytes:
+    """Write a mapped object; its bytes."""
+    data = numbered(one, value)
+    sdo.write(one.index, one.sub, data)
+    return data
+
+
+def answered(bench: Cia301Bench, can_id: int, after: Seen, requirement: str) -> Seen:
+    """The TPDO follows a SYNC in time."""
+    within = bench.profile.limits.sync_pdo_ns
+    matcher = matchers.cob(can_id, f"TPDO {can_id:03X}h")
+    return bench.expect(matcher, after=after, within=within, requirement=requirement)
 
 
 def sync(bench: Cia301Bench, data: bytes = b"") -> Seen:

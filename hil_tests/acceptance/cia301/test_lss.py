@@ -6,7 +6,14 @@ from dataclasses import replace
 
 import pytest
 
-from hil_tests.acceptance.cia301.steps import DEVICE_TYPE, IDENTITY, go, needs, reset
+from hil_tests.acceptance.cia301.lss_steps import (
+    another_id,
+    expect_boot_up,
+    give_node_id,
+    known,
+    may_configure,
+)
+from hil_tests.acceptance.cia301.steps import DEVICE_TYPE, go, reset
 from hil_tests.acceptance.nmt_steps import RUNNING_STATES, name_of
 from hil_tests.api import (
     MS,
@@ -28,21 +35,6 @@ from hil_tests.api import (
 from hil_tests.api import (
     lss as services,
 )
-
-
-def known(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> Identity:
-    """A started device that has LSS, and its identity as SDO reads it."""
-    if not sheet.device.lss:
-        raise NotApplicable(f"the device has no LSS: {sheet.file} says LSS_Supported=0")
-    needs(sheet, *((IDENTITY, sub) for sub in range(1, 5)))
-    bench.needs_exclusive()
-    bench.start()
-    return Identity(*(sdo.number(IDENTITY, sub) for sub in range(1, 5)))
-
-
-def may_configure(bench: Cia301Bench) -> None:
-    """Node ids and bit rates are changed: on a device of the user's only if allowed."""
-    bench.needs_writes("LSS changes the node id or the bit rate")
 
 
 @pytest.mark.requirement("C-LS-01")
@@ -128,11 +120,10 @@ def renamed(bench: Cia301Bench, sdo: Sdo, sheet: Sheet, lss: Lss) -> tuple[int, 
     """The device in configuration and given another node id: the one it has, and the new one."""
     known(bench, sdo, sheet)
     may_configure(bench)
-    old = bench.node_id
-    new = old % 127 + 1
+    new = another_id(bench)
     lss.configure()
     lss.set_node_id(new)
-    return old, new
+    return bench.node_id, new
 
 
 @pytest.mark.requirement("C-LS-10", "C-LS-03", "C-LS-07")
@@ -148,17 +139,8 @@ def test_a_new_node_id_acts_at_reset_communication(
     sdo.read(DEVICE_TYPE, requirement="C-LS-10")
     bench.tolerate_missing_boot_up()
     expect_boot_up(bench, old, new)
-    lss.configure()
-    lss.set_node_id(old)
-    lss.leave()
+    give_node_id(lss, old)
     expect_boot_up(bench, new, old)
-
-
-def expect_boot_up(bench: Cia301Bench, old: int, new: int) -> None:
-    """Reset communication of a node brings a boot-up under another node id."""
-    bench.wait(10 * MS)
-    sent = bench.send(nmt_frame(Nmt.RESET_COMMUNICATION, old))
-    bench.expect_boot_up(sent, "C-LS-10", new)
 
 
 @pytest.mark.requirement("C-LS-04")

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 import pytest
 
+from hil_tests.acceptance.cia301.lss_steps import known, may_configure, renumbered
 from hil_tests.acceptance.cia301.pdo_steps import INVALID, NO_RTR, find
 from hil_tests.acceptance.cia301.steps import STORE, TPDO, beats, reset
-from hil_tests.acceptance.cia301.test_lss import expect_boot_up, known, may_configure
-from hil_tests.acceptance.cia301.test_store import ALL, SAVE, order, put_back, storing
+from hil_tests.acceptance.cia301.store_steps import ALL, SAVE, order, put_back, storing
 from hil_tests.api import (
     MS,
     Cia301Bench,
@@ -29,26 +26,6 @@ SPARE_ID = 0x1C8
 SWITCH_MS = 200
 
 
-@contextmanager
-def renumbered(bench: Cia301Bench, client: Lss) -> Iterator[int]:
-    """The device has another node id inside, which it is given by LSS."""
-    old = bench.node_id
-    new = old % 127 + 1
-
-    def give(node_id: int, before: int) -> None:
-        client.configure()
-        client.set_node_id(node_id)
-        client.leave()
-        bench.tolerate_missing_boot_up()
-        expect_boot_up(bench, before, node_id)
-
-    give(new, old)
-    try:
-        yield new
-    finally:
-        give(old, new)
-
-
 @pytest.mark.requirement("C-PC-13")
 def test_default_identifiers_follow_the_node_id(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet, lss: Lss
@@ -62,8 +39,7 @@ def test_default_identifiers_follow_the_node_id(
         for one in found
         if one.default and sdo.number(one.index, one.sub) == one.default.at(bench.node_id)
     ]
-    with renumbered(bench, lss) as new:
-        other = Sdo(bench, bench.profile.limits.sdo_ns, 0x600 + new, 0x580 + new)
+    with renumbered(bench, lss) as (new, other):
         for one, base in fresh:
             value = other.number(one.index, one.sub)
             text = f"{one.place} is {base + new:08X}h with node id {new}; it is {value:08X}h"
@@ -86,8 +62,7 @@ def test_an_identifier_that_was_stored_does_not(
         value = sdo.number(index, 1)
         text = f"{index:04X}h:01 is {SPARE_ID:03X}h, as it was stored; it is {value:08X}h"
         bench.check(value & 0x7FF == SPARE_ID, text, requirement="C-ST-04")
-        with renumbered(bench, lss) as new:
-            other = Sdo(bench, bench.profile.limits.sdo_ns, 0x600 + new, 0x580 + new)
+        with renumbered(bench, lss) as (_, other):
             value = other.number(index, 1)
         text = f"{index:04X}h:01 is still {SPARE_ID:03X}h; it is {value:08X}h"
         bench.check(value & 0x7FF == SPARE_ID, text)

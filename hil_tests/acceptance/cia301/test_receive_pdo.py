@@ -7,13 +7,16 @@ import pytest
 from hil_tests.acceptance.cia301.pdo_steps import (
     EVENT,
     RECEIVED,
+    SETTLE_NS,
     SYNCHRONOUS,
     expect_default_ids,
     find,
     mappable,
     numbered,
+    receiving,
     set_up,
     sync,
+    values,
 )
 from hil_tests.acceptance.cia301.steps import RPDO, expect_emcy, first, go
 from hil_tests.acceptance.nmt_steps import name_of
@@ -31,32 +34,6 @@ from hil_tests.api import (
 )
 
 DEFAULT_IDS = {0x1400: 0x200, 0x1401: 0x300, 0x1402: 0x400, 0x1403: 0x500}
-SETTLE_NS = 20 * MS
-"""How long an RPDO may take to be applied."""
-
-
-def prepared(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, kind: int = EVENT, count: int = 1
-) -> tuple[list[EdsObject], int]:
-    """An operational device whose first RPDO fills some objects: those, and its identifier."""
-    bench.needs_exclusive()
-    bench.needs_writes("application objects are written")
-    index = find(sheet, RPDO)
-    found = [one for one in mappable(sheet, RECEIVED) if one.kind.size == 1]
-    if len(found) < count:
-        raise NotApplicable(f"the device has no {count} bytes that an RPDO can fill")
-    objects = found[:count]
-    bench.start()
-    can_id = set_up(sdo, index, objects, kind)
-    for one in objects:
-        sdo.write(one.index, one.sub, b"\x11")
-    go(bench, State.OPERATIONAL)
-    return objects, can_id
-
-
-def values(sdo: Sdo, objects: list[EdsObject]) -> bytes:
-    """What SDO reads of them."""
-    return b"".join(sdo.read(one.index, one.sub) for one in objects)
 
 
 def expect_values(
@@ -92,7 +69,7 @@ def test_an_event_driven_rpdo_is_applied_at_once(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet, kind: int
 ) -> None:
     """SDO reads what it carried."""
-    objects, can_id = prepared(bench, sdo, sheet, kind, 2)
+    objects, can_id = receiving(bench, sdo, sheet, kind, 2)
     bench.send(Frame(can_id, b"\x22\x33"))
     expect_applied(bench, sdo, objects, b"\x22\x33", "C-RP-02")
 
@@ -120,7 +97,7 @@ def test_another_transmission_type_acts_at_once(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet
 ) -> None:
     """Set from synchronous to event-driven in operational: the next RPDO waits for no SYNC."""
-    objects, can_id = prepared(bench, sdo, sheet, SYNCHRONOUS)
+    objects, can_id = receiving(bench, sdo, sheet, SYNCHRONOUS)
     works(bench, sdo, objects, can_id)
     set_up(sdo, find(sheet, RPDO), objects, EVENT, requirement="C-PC-12")
     bench.send(Frame(can_id, b"\x22"))
@@ -133,7 +110,7 @@ def test_a_synchronous_rpdo_waits_for_the_sync(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet, kind: int
 ) -> None:
     """Not applied before, and applied with the next one whatever its type is."""
-    objects, can_id = prepared(bench, sdo, sheet, kind)
+    objects, can_id = receiving(bench, sdo, sheet, kind)
     bench.send(Frame(can_id, b"\x22"))
     expect_values(bench, sdo, objects, b"\x11", "C-RP-02", "an RPDO before its SYNC")
     sync(bench)
@@ -146,7 +123,7 @@ def test_an_rpdo_is_ignored_outside_operational(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet, state: State
 ) -> None:
     """In pre-operational and stopped; later it is not applied either."""
-    objects, can_id = prepared(bench, sdo, sheet)
+    objects, can_id = receiving(bench, sdo, sheet)
     go(bench, state)
     bench.send(Frame(can_id, b"\x22"))
     bench.wait(SETTLE_NS)
@@ -157,7 +134,7 @@ def test_an_rpdo_is_ignored_outside_operational(
 @pytest.mark.requirement("C-RP-07", "C-RP-02")
 def test_the_last_rpdo_before_a_sync_counts(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
     """Of three the third is applied."""
-    objects, can_id = prepared(bench, sdo, sheet, SYNCHRONOUS)
+    objects, can_id = receiving(bench, sdo, sheet, SYNCHRONOUS)
     works(bench, sdo, objects, can_id)
     for value in (0x22, 0x33, 0x44):
         bench.send(Frame(can_id, bytes((value,))))
@@ -168,7 +145,7 @@ def test_the_last_rpdo_before_a_sync_counts(bench: Cia301Bench, sdo: Sdo, sheet:
 @pytest.mark.requirement("C-RP-08")
 def test_remote_and_29_bit_frames_are_no_rpdos(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
     """With the identifier of the RPDO."""
-    objects, can_id = prepared(bench, sdo, sheet)
+    objects, can_id = receiving(bench, sdo, sheet)
     bench.send(Frame(can_id, remote=True, dlc=1))
     bench.send(Frame(can_id, b"\x22", extended=True))
     expect_values(bench, sdo, objects, b"\x11", "C-RP-08", "a strange frame")
@@ -177,7 +154,7 @@ def test_remote_and_29_bit_frames_are_no_rpdos(bench: Cia301Bench, sdo: Sdo, she
 @pytest.mark.requirement("C-EM-18")
 def test_a_short_rpdo_is_not_applied_and_told(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
     """One byte where two are mapped: EMCY 8210h, and the objects keep their values."""
-    objects, can_id = prepared(bench, sdo, sheet, count=2)
+    objects, can_id = receiving(bench, sdo, sheet, count=2)
     works(bench, sdo, objects, can_id)
     before = values(sdo, objects)
     sent = bench.send(Frame(can_id, b"\x22"))
@@ -189,7 +166,7 @@ def test_a_short_rpdo_is_not_applied_and_told(bench: Cia301Bench, sdo: Sdo, shee
 @pytest.mark.requirement("C-EM-23")
 def test_1029h_does_not_react_to_a_short_rpdo(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
     """The device stays operational: an RPDO of right length is applied afterwards."""
-    objects, can_id = prepared(bench, sdo, sheet, count=2)
+    objects, can_id = receiving(bench, sdo, sheet, count=2)
     works(bench, sdo, objects, can_id)
     bench.send(Frame(can_id, b"\x22"))
     bench.wait(200 * MS)
@@ -202,7 +179,7 @@ def test_what_a_long_rpdo_leads_to_is_written_down(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet
 ) -> None:
     """Three bytes where two are mapped."""
-    objects, can_id = prepared(bench, sdo, sheet, count=2)
+    objects, can_id = receiving(bench, sdo, sheet, count=2)
     sent = bench.send(Frame(can_id, b"\x22\x33\x44"))
     emcy = matchers.emcy(bench.node_id, code=0x8220)
     seen = bench.first(emcy, sent, bench.now() + 100 * MS)

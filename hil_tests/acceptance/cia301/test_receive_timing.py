@@ -7,9 +7,16 @@ from __future__ import annotations
 
 import pytest
 
-from hil_tests.acceptance.cia301.pdo_steps import SYNCHRONOUS, find, set_up, sync
+from hil_tests.acceptance.cia301.pdo_steps import (
+    SETTLE_NS,
+    SYNCHRONOUS,
+    find,
+    receiving,
+    set_up,
+    sync,
+    values,
+)
 from hil_tests.acceptance.cia301.steps import CYCLE, RPDO, WINDOW, needs_writable
-from hil_tests.acceptance.cia301.test_receive_pdo import SETTLE_NS, prepared, values
 from hil_tests.api import MS, Cia301Bench, Frame, Sdo, Seen, Sheet, cobs, matchers, u16, u32
 
 DEADLINE_MS = 50
@@ -33,7 +40,7 @@ def test_what_an_rpdo_that_stays_away_means_is_written_down(
     """Its deadline is set, one RPDO comes, and no other."""
     index = find(sheet, RPDO)
     needs_writable(sheet, (index, 5))
-    objects, can_id = prepared(bench, sdo, sheet)
+    objects, can_id = receiving(bench, sdo, sheet)
     set_up(sdo, index, objects, 255, extra=[(5, u16(DEADLINE_MS))])
     sent = bench.send(Frame(can_id, b"\x22"))
     bench.wait(4 * DEADLINE_MS * MS)
@@ -65,7 +72,7 @@ def test_what_an_rpdo_after_the_window_means_is_written_down(
 ) -> None:
     """The next SYNC applies it, or it is lost: CiA 301 lets a device discard it."""
     needs_writable(sheet, (WINDOW, 0))
-    objects, can_id = prepared(bench, sdo, sheet, SYNCHRONOUS)
+    objects, can_id = receiving(bench, sdo, sheet, SYNCHRONOUS)
     sdo.write(WINDOW, 0, u32(1), requirement="C-OD-04")
     sync(bench)
     bench.wait(LATE_NS)

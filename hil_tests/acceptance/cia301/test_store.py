@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 import pytest
 
 from hil_tests.acceptance.cia301.steps import (
@@ -20,21 +17,28 @@ from hil_tests.acceptance.cia301.steps import (
     needs,
     needs_writable,
     reset,
-    shown,
+)
+from hil_tests.acceptance.cia301.store_steps import (
+    ALL,
+    APPLICATION,
+    COMMUNICATION,
+    LOAD,
+    SAVE,
+    expect_stored,
+    order,
+    put_back,
+    storing,
 )
 from hil_tests.api import (
-    LOOK_ON_NS,
     MS,
     Abort,
     Cia301Bench,
-    Limits,
     Nmt,
     NotApplicable,
     Power,
     Sdo,
     Sheet,
     accepted,
-    matchers,
     sdo_frames,
     u8,
     u16,
@@ -43,58 +47,12 @@ from hil_tests.api import (
 
 PROFILE_AREA = range(0x6000, 0xA000)
 """What sub-index 3 stores."""
-SAVE, LOAD = b"save", b"load"
-ALL, COMMUNICATION, APPLICATION = 1, 2, 3
 ON_COMMAND, BY_ITSELF = 1, 2
 VERIFY = 0x1020
 """Date and time of the configuration that is stored."""
 CUTS_MS = (0, 1, 2, 3, 4, 6, 8, 12, 20, 50)
 """How long after "save" the supply fails."""
 WRONG = (b"SAVE", b"evas", b"load", bytes(4), b"\xff\xff\xff\xff")
-
-
-def order(bench: Cia301Bench, sdo: Sdo, index: int, sub: int, signature: bytes) -> None:
-    """Store or restore; it is answered within the time that storing may take.
-
-    Storing may keep a device busy for longer than an SDO request usually takes.
-    """
-    sent = sdo.post(sdo_frames.write(index, sub, signature))
-    within = bench.profile.limits.store_ns
-    matcher = matchers.cob(sdo.answer_id, "an SDO answer")
-    seen = bench.first(matcher, sent, sent.at + within + LOOK_ON_NS)
-    told = seen.frame if seen else "nothing"
-    wanted = b"\x60" + sdo_frames.multiplexer(index, sub) + bytes(4)
-    text = f"{signature!r} to {shown(index, sub)} is confirmed; the answer was {told}"
-    served = seen is not None and seen.frame.data[:4] == wanted[:4]
-    bench.check(served, text, requirement="C-ST-02", since=sent)
-    assert seen is not None
-    text, limits = f"{signature!r} to {shown(index, sub)}", Limits(at_most_ns=within)
-    bench.measure_between(sent, seen, limits, text, requirement="C-ST-08", since=sent)
-    bench.wait(within)
-
-
-def storing(bench: Cia301Bench, sheet: Sheet, sub: int = ALL) -> None:
-    """The device stores on command, and may be told to."""
-    needs_writable(sheet, (STORE, sub), (RESTORE, sub))
-    bench.needs_writes("the device's non-volatile memory is written")
-
-
-@contextmanager
-def put_back(bench: Cia301Bench, sdo: Sdo, *places: tuple[int, int]) -> Iterator[None]:
-    """What is stored inside is stored as it was before, and read back after a reset."""
-    before = {place: sdo.read(*place) for place in places}
-    try:
-        yield
-    finally:
-        reset(bench)
-        for (index, sub), data in before.items():
-            sdo.write(index, sub, data)
-        order(bench, sdo, STORE, ALL, SAVE)
-        reset(bench)
-        for (index, sub), data in before.items():
-            found = sdo.read(index, sub)
-            text = f"{shown(index, sub)} is stored as {data.hex()} again; it is {found.hex()}"
-            bench.check(found == data, text, requirement="C-ST-04")
 
 
 @pytest.mark.requirement("C-ST-01")
@@ -274,14 +232,7 @@ def test_the_settings_of_sync_are_stored(bench: Cia301Bench, sdo: Sdo, sheet: Sh
     if (CYCLE, 0) in wanted and sdo.number(CYCLE):
         wanted.pop((OVERFLOW, 0), None)  # which cannot be written while there is a cycle
     with put_back(bench, sdo, *reversed(wanted)):
-        for (index, sub), data in wanted.items():
-            sdo.write(index, sub, data)
-        order(bench, sdo, STORE, ALL, SAVE)
-        reset(bench)
-        for (index, sub), data in wanted.items():
-            value = sdo.read(index, sub)
-            text = f"{shown(index, sub)} is {data.hex()}, as it was stored; it is {value.hex()}"
-            bench.check(value == data, text, requirement="C-SY-13")
+        expect_stored(bench, sdo, wanted, "C-SY-13")
 
 
 @pytest.mark.requirement("C-ST-07", "C-ST-04")

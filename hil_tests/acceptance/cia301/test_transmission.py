@@ -10,11 +10,14 @@ from hil_tests.acceptance.cia301.pdo_steps import (
     MAPPING,
     NO_RTR,
     SYNCHRONOUS,
+    answered,
+    change,
     find,
+    sending,
     sync,
+    timed,
 )
-from hil_tests.acceptance.cia301.steps import TPDO, go, needs_writable
-from hil_tests.acceptance.cia301.test_transmit_pdo import answered, change, prepared
+from hil_tests.acceptance.cia301.steps import TPDO, go
 from hil_tests.api import (
     MS,
     Abort,
@@ -58,11 +61,7 @@ def test_after_operational_no_tpdo_is_asked_for(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet, state: State
 ) -> None:
     """An event timer that runs brings one that waited for the bus, at most."""
-    index = find(sheet, TPDO)
-    needs_writable(sheet, (index, 5))
-    inhibit = [(3, u16(0))] if sheet.get(index, 3) else []
-    _, _, can_id = prepared(bench, sdo, sheet, EVENT, extra=[*inhibit, (5, u16(TIMER_MS))])
-    go(bench, State.OPERATIONAL)
+    _, _, can_id = timed(bench, sdo, sheet, TIMER_MS)
     matcher = matchers.cob(can_id, f"TPDO {can_id:03X}h")
     bench.expect(matcher, after=bench.now(), within=4 * TIMER_MS * MS, requirement="C-TP-08")
     left = go(bench, state)
@@ -75,7 +74,7 @@ def test_how_soon_after_a_sync_it_comes_is_written_down(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet
 ) -> None:
     """The shortest and the longest of thirty."""
-    _, _, can_id = prepared(bench, sdo, sheet, SYNCHRONOUS)
+    _, _, can_id = sending(bench, sdo, sheet, SYNCHRONOUS)
     go(bench, State.OPERATIONAL)
     spans = []
     for _ in range(SYNCS):
@@ -97,7 +96,7 @@ def test_after_a_burst_of_changes_the_last_value_was_sent(
     index = find(sheet, TPDO)
     quiet = [(3, u16(200))] if sheet.get(index, 3) else []
     timer = [(5, u16(0))] if sheet.get(index, 5) else []
-    _, one, can_id = prepared(bench, sdo, sheet, EVENT, extra=[*quiet, *timer])
+    _, one, can_id = sending(bench, sdo, sheet, EVENT, extra=[*quiet, *timer])
     go(bench, State.OPERATIONAL)
     bench.wait(100 * MS)
     for count in (1, 2, 3, 7):
@@ -119,7 +118,7 @@ def test_what_an_empty_mapping_means_is_written_down(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet
 ) -> None:
     """A TPDO without objects: it is refused, or sends nothing, or frames without data."""
-    index, _, can_id = prepared(bench, sdo, sheet, SYNCHRONOUS)
+    index, _, can_id = sending(bench, sdo, sheet, SYNCHRONOUS)
     rule = {"requirement": "C-PC-04"}
     sdo.write(index, 1, u32(INVALID | NO_RTR | can_id), **rule)
     sdo.write(index + MAPPING, 0, u8(0), **rule)

@@ -12,14 +12,17 @@ from hil_tests.acceptance.cia301.pdo_steps import (
     NO_RTR,
     SENT,
     SYNCHRONOUS,
+    answered,
+    change,
     expect_default_ids,
     find,
     mappable,
-    numbered,
     one_mappable,
     quiet_others,
+    sending,
     set_up,
     sync,
+    timed,
     wrong_in,
 )
 from hil_tests.acceptance.cia301.steps import TPDO, go, needs_writable
@@ -32,7 +35,6 @@ from hil_tests.api import (
     Limits,
     NotApplicable,
     Sdo,
-    Seen,
     Sheet,
     State,
     accepted,
@@ -47,33 +49,6 @@ RESERVED_TYPES = (241, 245, 251)
 DEFAULT_IDS = {0x1800: 0x180, 0x1801: 0x280, 0x1802: 0x380, 0x1803: 0x480}
 
 
-def prepared(
-    bench: Cia301Bench, sdo: Sdo, sheet: Sheet, kind: int, **how: object
-) -> tuple[int, EdsObject, int]:
-    """A started device whose first TPDO carries one object: its parameter, object, identifier."""
-    bench.needs_exclusive()
-    bench.needs_writes("application objects are written")
-    index, one = find(sheet, TPDO), one_mappable(sheet, SENT)
-    bench.start()
-    quiet_others(sdo, sheet, index)
-    can_id = set_up(sdo, index, [one], kind, **how)  # type: ignore[arg-type]
-    return index, one, can_id
-
-
-def change(sdo: Sdo, one: EdsObject, value: int) -> bytes:
-    """Write a mapped object; its bytes."""
-    data = numbered(one, value)
-    sdo.write(one.index, one.sub, data)
-    return data
-
-
-def answered(bench: Cia301Bench, can_id: int, after: Seen, requirement: str) -> Seen:
-    """The TPDO follows a SYNC in time."""
-    within = bench.profile.limits.sync_pdo_ns
-    matcher = matchers.cob(can_id, f"TPDO {can_id:03X}h")
-    return bench.expect(matcher, after=after, within=within, requirement=requirement)
-
-
 @pytest.mark.requirement("C-TP-01")
 def test_default_identifiers_are_those_of_the_node(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet
@@ -86,7 +61,7 @@ def test_default_identifiers_are_those_of_the_node(
 @pytest.mark.requirement("C-TP-01", "C-NMT-14", "C-NMT-16")
 def test_it_is_sent_in_operational_alone(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
     """SYNC brings it there, and in no other state."""
-    _, _, can_id = prepared(bench, sdo, sheet, SYNCHRONOUS)
+    _, _, can_id = sending(bench, sdo, sheet, SYNCHRONOUS)
     matcher = matchers.cob(can_id, f"TPDO {can_id:03X}h")
     bench.never(matcher, after=sync(bench), for_ns=50 * MS)
     go(bench, State.OPERATIONAL)
@@ -98,7 +73,7 @@ def test_it_is_sent_in_operational_alone(bench: Cia301Bench, sdo: Sdo, sheet: Sh
 @pytest.mark.requirement("C-TP-01", "C-PC-12")
 def test_bit_31_makes_it_invalid(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
     """At once, and valid again at once."""
-    index, _, can_id = prepared(bench, sdo, sheet, SYNCHRONOUS)
+    index, _, can_id = sending(bench, sdo, sheet, SYNCHRONOUS)
     go(bench, State.OPERATIONAL)
     answered(bench, can_id, sync(bench), "C-TP-04")
     value = sdo.number(index, 1)
@@ -149,7 +124,7 @@ def test_type_n_sends_after_every_nth_sync(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet, every: int
 ) -> None:
     """n SYNCs apart, again and again; where the first comes is the device's choice."""
-    _, _, can_id = prepared(bench, sdo, sheet, every)
+    _, _, can_id = sending(bench, sdo, sheet, every)
     go(bench, State.OPERATIONAL)
     rounds = 3 if every < 100 else 2
     counts: list[int] = []
@@ -170,7 +145,7 @@ def test_type_0_sends_nothing_where_nothing_happened(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet
 ) -> None:
     """Five SYNCs without a change bring none; a change brings one at most."""
-    _, one, can_id = prepared(bench, sdo, sheet, 0)
+    _, one, can_id = sending(bench, sdo, sheet, 0)
     go(bench, State.OPERATIONAL)
     matcher = matchers.cob(can_id, f"TPDO {can_id:03X}h")
     for _ in range(2):
@@ -209,7 +184,7 @@ def test_what_it_sends_on_entering_operational_is_written_down(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet
 ) -> None:
     """An event-driven TPDO, when the device becomes operational."""
-    _, _, can_id = prepared(bench, sdo, sheet, EVENT)
+    _, _, can_id = sending(bench, sdo, sheet, EVENT)
     sent = go(bench, State.OPERATIONAL)
     seen = bench.first(matchers.cob(can_id), sent, bench.now() + 100 * MS)
     told = "is sent" if seen else "is not sent"
@@ -222,11 +197,7 @@ def test_the_event_timer_sends_it_again_and_again(
     bench: Cia301Bench, sdo: Sdo, sheet: Sheet, timer_ms: int
 ) -> None:
     """In that period, each interval; 0 ends it."""
-    index = find(sheet, TPDO)
-    needs_writable(sheet, (index, 5))
-    inhibit = [(3, u16(0))] if sheet.get(index, 3) else []
-    _, _, can_id = prepared(bench, sdo, sheet, EVENT, extra=[*inhibit, (5, u16(timer_ms))])
-    go(bench, State.OPERATIONAL)
+    index, _, can_id = timed(bench, sdo, sheet, timer_ms)
     matcher = matchers.cob(can_id, f"TPDO {can_id:03X}h")
     patience_ns = 2 * timer_ms * MS + 200 * MS
     found = bench.beats(matcher, 23, after=bench.now(), patience_ns=patience_ns)
@@ -251,7 +222,7 @@ def test_the_inhibit_time_keeps_events_apart(bench: Cia301Bench, sdo: Sdo, sheet
     index = find(sheet, TPDO)
     needs_writable(sheet, (index, 3))
     timer = [(5, u16(0))] if sheet.get(index, 5) else []
-    _, one, can_id = prepared(bench, sdo, sheet, EVENT, extra=[(3, u16(500)), *timer])
+    _, one, can_id = sending(bench, sdo, sheet, EVENT, extra=[(3, u16(500)), *timer])
     go(bench, State.OPERATIONAL)
     bench.wait(200 * MS)
     since = bench.now()
@@ -280,7 +251,7 @@ def test_the_inhibit_time_is_not_changed_while_it_is_valid(
     """It is refused, and kept."""
     index = find(sheet, TPDO)
     needs_writable(sheet, (index, 3))
-    prepared(bench, sdo, sheet, EVENT)
+    sending(bench, sdo, sheet, EVENT)
     before = sdo.number(index, 3)
     outcome = sdo.try_write(index, 3, u16(before + 10))
     sdo.expect_abort(outcome, accepted.VALUE_OR_STATE, "another inhibit time")
@@ -296,7 +267,7 @@ def test_a_sync_start_value_begins_with_its_counter(
     """With a start value of 5 the first TPDO follows the SYNC with counter 5, then each."""
     index = find(sheet, TPDO)
     needs_writable(sheet, (index, 6), (0x1019, 0))
-    prepared(bench, sdo, sheet, SYNCHRONOUS)
+    sending(bench, sdo, sheet, SYNCHRONOUS)
     if sheet.get(0x1006) is not None:
         sdo.write(0x1006, 0, u32(0), requirement="C-SY-08")
     sdo.write(0x1019, 0, u8(10), requirement="C-SY-03")
@@ -319,7 +290,7 @@ def test_a_start_value_is_a_counter_and_set_while_it_is_invalid(
     """Another is refused while the PDO is valid, 241 while it is not; the old one is kept."""
     index = find(sheet, TPDO)
     needs_writable(sheet, (index, 6))
-    prepared(bench, sdo, sheet, SYNCHRONOUS)
+    sending(bench, sdo, sheet, SYNCHRONOUS)
     before = sdo.number(index, 6)
     outcome = sdo.try_write(index, 6, u8(before ^ 1))
     sdo.expect_abort(outcome, accepted.VALUE_OR_STATE, "another SYNC start value")
