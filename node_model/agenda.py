@@ -41,11 +41,7 @@ class Agenda:
         self.row = row
         self.alone = [service.alone for service in row]
         self._deadlines = [service.deadline for service in row]
-        self._timed = [
-            (place, service.deadline)
-            for place, service in enumerate(row)
-            if has_deadlines(service)
-        ]
+        self._timed = [place for place, service in enumerate(row) if has_deadlines(service)]
         self._advances = [service.advance for service in row]
         self._dues = [NEVER] * len(row)
         self.due = NEVER
@@ -106,21 +102,15 @@ class Agenda:
     def settle(self) -> bool:
         """Ask whoever may have another answer; whether `heard` is another one now."""
         self.moved = False
-        if self._stirred:
+        if self._stirred or self._undated:
+            places = self._timed if self._stirred else sorted(self._undated)
             self._stirred = False
             self._undated.clear()
-            dues = self._dues
-            for place, deadline in self._timed:
-                due = deadline()
+            dues, deadlines = self._dues, self._deadlines
+            for place in places:
+                due = deadlines[place]()
                 dues[place] = NEVER if due is None else due
             self.due = min(dues, default=NEVER)
-        elif self._undated:
-            dues = self._dues
-            for place in self._undated:
-                due = self._deadlines[place]()
-                dues[place] = NEVER if due is None else due
-            self._undated.clear()
-            self.due = min(dues)
         return bool(self._unasked) and self._ask_what_they_hear()
 
     def _ask_what_they_hear(self) -> bool:

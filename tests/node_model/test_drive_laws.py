@@ -14,7 +14,8 @@ from node_model.faults import DRIVE_MUTANTS, DRIVE_VARIANTS
 from node_model.frame import Frame
 from node_model.node import MS, US, Panel
 from node_model.sheets import shipped
-from tests.node_model.drive_scripts import drive_scripts, errors, lss, nmt, read
+from tests.node_model.drive_frames import errors, lss, nmt, read
+from tests.node_model.drive_scripts import drive_scripts
 from tests.node_model.driving import Host, Step, play
 
 BLUEPRINT = devices.read("drive")

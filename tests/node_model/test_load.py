@@ -8,7 +8,7 @@ from node_model.frame import INTERMISSION_BITS, Frame
 from node_model.load import Load
 from node_model.node import S
 from node_model.world import World
-from tests.node_model.test_world import Ear
+from tests.node_model.ears import Ear
 
 FRAMES = [Frame(0x100 + n, bytes(n)) for n in range(9)]
 
