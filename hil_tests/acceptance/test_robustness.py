@@ -5,7 +5,6 @@ The monitors watch every test; these put the node under what a hostile bus can b
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import suppress
 from itertools import groupby
 
@@ -20,7 +19,9 @@ from hil_tests.acceptance.nmt_steps import QUICK
 from hil_tests.acceptance.robustness_steps import (
     expect_beats_only,
     expect_obeys,
+    garbage,
     obeying,
+    services,
     settled,
 )
 from hil_tests.api import (
@@ -42,49 +43,6 @@ from hil_tests.api import (
     judge_periodic,
     matchers,
 )
-
-MULTIPLIER, INCREMENT, MODULUS = 1103515245, 12345, 1 << 31
-"""A plain linear congruential sequence (ISO C's example): the same garbage on every bench."""
-
-
-def services(node_id: int) -> frozenset[int]:
-    """Identifiers under which the node is addressed; 4F8h has a test of its own."""
-    leds, sdo = (cobs.LED_STEADY + node_id, cobs.LED_BLINK + node_id), 0x600 + node_id
-    return frozenset((cobs.NMT, cobs.COMMISSION, *leds, sdo))
-
-
-def noise() -> Iterator[int]:
-    """Numbers without pattern, 0..32767."""
-    state = 1
-    while True:
-        state = (state * MULTIPLIER + INCREMENT) % MODULUS
-        yield state >> 16
-
-
-def garbage(node_id: int, count: int) -> Iterator[Frame]:
-    """Data and remote frames of any identifier and length, none addressed to the node.
-
-    An identifier of the device itself is left out, too: two stations that send the same
-    one at once are a fault of the bus, not of the device.
-    """
-    spared = services(node_id) | cobs.device_ids(node_id)
-    numbers = noise()
-    made = 0
-    while made < count:
-        can_id, kind, length = (next(numbers) for _ in range(3))
-        can_id &= 0x7FF
-        if can_id in spared:
-            continue
-        made += 1
-        data = bytes(next(numbers) & 0xFF for _ in range(length % 9))
-        if kind % 8 == 0:
-            yield Frame(can_id, remote=True, dlc=length % 9)
-        elif kind % 8 == 1:
-            yield Frame(can_id << 18 | kind, data, extended=True)
-        elif kind % 8 == 2 and len(data) == 8:
-            yield Frame(can_id, data, dlc=8 + length % 8)
-        else:
-            yield Frame(can_id, data)
 
 
 def litter(bench: KeypadBench, count: int) -> None:

@@ -127,6 +127,18 @@ def test_a_test_states_its_fact(module: str) -> None:
     assert silent == []
 
 
+@pytest.mark.parametrize("module", modules("hil_tests/acceptance"))
+def test_acceptance_tests_share_steps_and_no_tests(module: str) -> None:
+    """No module imports a module of tests: what several need is a step, in a `*_steps.py`."""
+    found = [
+        node.module
+        for node in ast.walk(parsed(module))
+        if isinstance(node, ast.ImportFrom)
+        and (node.module or "").rpartition(".")[2].startswith("test_")
+    ]
+    assert found == []
+
+
 @pytest.mark.parametrize("module", modules("tests", "hil_tests/acceptance"))
 def test_tests_do_not_sleep(module: str) -> None:
     """No test waits for the wall clock: nothing named sleep is called or imported."""

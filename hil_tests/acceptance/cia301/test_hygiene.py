@@ -15,7 +15,7 @@ from hil_tests.acceptance.cia301.steps import (
     writable_objects,
 )
 from hil_tests.acceptance.nmt_steps import RUNNING_STATES
-from hil_tests.acceptance.test_robustness import garbage
+from hil_tests.acceptance.robustness_steps import garbage
 from hil_tests.api import (
     MS,
     Abort,
