@@ -13,6 +13,7 @@ from hil_tests.api import (
     Cia301Bench,
     EdsObject,
     Frame,
+    Limits,
     Moment,
     Nmt,
     NotApplicable,
@@ -21,6 +22,7 @@ from hil_tests.api import (
     Sheet,
     State,
     cobs,
+    judge_periodic,
     matchers,
     u8,
     u16,
@@ -28,6 +30,11 @@ from hil_tests.api import (
 
 QUICK_MS, LONGEST_AWAITED_MS = 100, 200
 """A heartbeat that soon shows the state, and the longest period whose first beat is awaited."""
+
+ENOUGH = 22
+"""So many beats have 21 intervals: enough for a verdict on their mean."""
+
+GAP_NS = 250 * MS
 
 DEVICE_TYPE, ERROR_REGISTER, ERROR_FIELD = 0x1000, 0x1001, 0x1003
 SYNC_ID, CYCLE, WINDOW, OVERFLOW = 0x1005, 0x1006, 0x1007, 0x1019
@@ -125,6 +132,41 @@ def beats(sdo: Sdo, period_ms: int = QUICK_MS) -> None:
     _, most = bench.profile.limits.heartbeat_each_ns(period_ms * MS)
     beat = matchers.heartbeat(bench.node_id)
     bench.expect(beat, after=bench.now(), within=most, requirement="C-HB-03")
+
+
+def rhythm(
+    bench: Bench,
+    period_ms: int,
+    after: Seen | int,
+    requirement: str,
+    period: str = "",
+    count: int = ENOUGH,
+) -> None:
+    """Beats in a row keep to their period, each and in the mean.
+
+    Args:
+        bench: see there.
+        period_ms: as it was set.
+        after: from when on.
+        requirement: that there are beats.
+        period: that they keep to it, if that is another one.
+        count: how many.
+    """
+    limits, period_ns = bench.profile.limits, period_ms * MS
+    patience_ns = 2 * period_ns + GAP_NS
+    matcher = matchers.heartbeat(bench.node_id)
+    found = bench.beats(matcher, count, after=after, patience_ns=patience_ns)
+    text = f"{count} heartbeats of {period_ms} ms; there were {len(found)}"
+    bench.check(len(found) == count, text, requirement=requirement)
+    each, mean = limits.heartbeat_each_ns(period_ns), limits.heartbeat_mean_ns(period_ns)
+    verdict = judge_periodic(
+        f"heartbeat of {period_ms} ms",
+        [bench.when(beat) for beat in found],
+        Limits(*each),
+        Limits(*mean),
+        period or requirement,
+    )
+    bench.conclude(verdict)
 
 
 def quick(bench: Bench, sdo: Sdo, sheet: Sheet) -> Seen:

@@ -11,18 +11,17 @@ from hil_tests.acceptance.cia301.steps import (
     enter,
     needs_writable,
     quick,
+    rhythm,
 )
 from hil_tests.api import (
     MS,
     Cia301Bench,
     Frame,
-    Limits,
     NotApplicable,
     Power,
     Sdo,
     Sheet,
     State,
-    judge_periodic,
     matchers,
     sdo_frames,
 )
@@ -33,27 +32,6 @@ PAUSES_MS = (0, 1, 50, 300, 0, 10, 1000, 0)
 """How long beyond its shortest time the supply stays off."""
 
 
-def judge_beats(bench: Cia301Bench, count: int, period_ms: int, requirement: str) -> None:
-    """Each of many intervals, and their mean."""
-    limits, period_ns = bench.profile.limits, period_ms * MS
-    found = bench.beats(
-        matchers.heartbeat(bench.node_id),
-        count,
-        after=bench.now(),
-        patience_ns=2 * period_ns + 200 * MS,
-    )
-    text = f"{count} heartbeats in a row; there were {len(found)}"
-    bench.check(len(found) == count, text, requirement=requirement)
-    verdict = judge_periodic(
-        f"heartbeat of {period_ms} ms",
-        [bench.when(seen) for seen in found],
-        Limits(*limits.heartbeat_each_ns(period_ns)),
-        Limits(*limits.heartbeat_mean_ns(period_ns)),
-        requirement,
-    )
-    bench.conclude(verdict)
-
-
 @pytest.mark.requirement("C-HB-12")
 def test_a_thousand_beats_keep_the_period(bench: Cia301Bench, sdo: Sdo, sheet: Sheet) -> None:
     """Each interval and their mean, in operational."""
@@ -61,7 +39,7 @@ def test_a_thousand_beats_keep_the_period(bench: Cia301Bench, sdo: Sdo, sheet: S
     bench.start()
     beats(sdo, PERIOD_MS)
     enter(bench, State.OPERATIONAL)
-    judge_beats(bench, MANY, PERIOD_MS, "C-HB-12")
+    rhythm(bench, PERIOD_MS, bench.now(), "C-HB-12", count=MANY)
 
 
 @pytest.mark.timed("only arbitration shows who had to wait for whom")
@@ -77,7 +55,7 @@ def test_load_on_the_bus_delays_nothing_that_it_asks_for(
     bench.needs_load([Frame(can_id, bytes(8))], share * 10_000)
     for _ in range(20):
         sdo.serves("C-RB-05")
-    judge_beats(bench, 25, 100, "C-RB-05")
+    rhythm(bench, 100, bench.now(), "C-RB-05", count=25)
 
 
 @pytest.mark.requirement("C-RB-04")

@@ -7,6 +7,7 @@ from itertools import pairwise
 import pytest
 
 from hil_tests.acceptance.cia301.steps import (
+    GAP_NS,
     GUARD_TIME,
     LIFE_FACTOR,
     PRODUCER,
@@ -16,6 +17,7 @@ from hil_tests.acceptance.cia301.steps import (
     needs_writable,
     quick,
     reset,
+    rhythm,
 )
 from hil_tests.acceptance.nmt_steps import RUNNING_STATES, name_of
 from hil_tests.api import (
@@ -26,11 +28,9 @@ from hil_tests.api import (
     Nmt,
     S,
     Sdo,
-    Seen,
     Sheet,
     State,
     cobs,
-    judge_periodic,
     matchers,
     number,
     sdo_frames,
@@ -38,40 +38,7 @@ from hil_tests.api import (
     u16,
 )
 
-ENOUGH = 22
-"""So many beats have 21 intervals: enough for a verdict on their mean."""
-
-GAP_NS = 250 * MS
 SHOWN = {bytes((state.value,)) for state in RUNNING_STATES}
-
-
-def rhythm(
-    bench: Cia301Bench, period_ms: int, after: Seen | int, requirement: str, period: str = ""
-) -> None:
-    """Beats in a row keep to their period, each and in the mean.
-
-    Args:
-        bench: see there.
-        period_ms: as it was set.
-        after: from when on.
-        requirement: that there are beats.
-        period: that they keep to it, if that is another one.
-    """
-    limits, period_ns = bench.profile.limits, period_ms * MS
-    patience_ns = 2 * period_ns + GAP_NS
-    matcher = matchers.heartbeat(bench.node_id)
-    found = bench.beats(matcher, ENOUGH, after=after, patience_ns=patience_ns)
-    text = f"{ENOUGH} heartbeats of {period_ms} ms; there were {len(found)}"
-    bench.check(len(found) == ENOUGH, text, requirement=requirement)
-    each, mean = limits.heartbeat_each_ns(period_ns), limits.heartbeat_mean_ns(period_ns)
-    verdict = judge_periodic(
-        f"heartbeat of {period_ms} ms",
-        [bench.when(beat) for beat in found],
-        Limits(*each),
-        Limits(*mean),
-        period or requirement,
-    )
-    bench.conclude(verdict)
 
 
 @pytest.mark.requirement("C-HB-01")
