@@ -47,7 +47,8 @@ class ReadsCommandsBeforeBootUp(Fault, Drive):
 
     def power_on(self, now: int) -> Frames:
         said = super().power_on(now)
-        self.bit_rate, self.listens_to = self._line_rate, frozenset({NMT_COB_ID})
+        if self._boot_at is not None:
+            self.bit_rate, self.listens_to = self._line_rate, frozenset({NMT_COB_ID})
         return said
 
     def receive(self, frame: Frame, now: int) -> Frames:
