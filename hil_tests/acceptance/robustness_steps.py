@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
+from itertools import islice
 
 from hil_tests.api import (
     MS,
@@ -38,21 +40,23 @@ def noise() -> Iterator[int]:
         yield state >> 16
 
 
-def garbage(node_id: int, count: int) -> Iterator[Frame]:
+@cache
+def garbage(node_id: int, count: int) -> tuple[Frame, ...]:
     """Data and remote frames of any identifier and length, none addressed to the node.
 
     An identifier of the device itself is left out, too: two stations that send the same
     one at once are a fault of the bus, not of the device.
     """
-    spared = services(node_id) | cobs.device_ids(node_id)
+    return tuple(islice(_garbage(services(node_id) | cobs.device_ids(node_id)), count))
+
+
+def _garbage(spared: frozenset[int]) -> Iterator[Frame]:
     numbers = noise()
-    made = 0
-    while made < count:
+    while True:
         can_id, kind, length = (next(numbers) for _ in range(3))
         can_id &= 0x7FF
         if can_id in spared:
             continue
-        made += 1
         data = bytes(next(numbers) & 0xFF for _ in range(length % 9))
         if kind % 8 == 0:
             yield Frame(can_id, remote=True, dlc=length % 9)

@@ -117,11 +117,10 @@ def test_every_other_code_means_250_kbit(
     All in virtual time; elsewhere some, and one that the seed draws. Another rate is stored
     before each, or a node that keeps the old one would not be found.
     """
-    bench.fresh()
     every = [code for code in range(256) if code not in NAMED_RATES]
     drawn = chance.row("bit-rate code").randrange(8, 255)
     for code in every if bench.stage.virtual else (*SOME_OTHER_CODES, drawn):
-        bench.commission(EXAMPLE)
+        bench.fresh(**attrs.asdict(EXAMPLE))
         parameters = attrs.evolve(EXAMPLE, bit_rate_code=code)
         bench.commission(parameters)
         bench.check(bench.stage.bit_rate == 250_000, f"the tester runs at 250 kbit/s for {code}")

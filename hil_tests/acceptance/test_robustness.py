@@ -207,7 +207,7 @@ def filler(first: int) -> list[Frame]:
 @pytest.mark.timed("a wire without arbitration cannot be loaded to a known share")
 def test_keeps_its_periods_under_lower_priority_load(bench: KeypadBench, keys: Keys) -> None:
     """At full load by lower-priority frames heartbeat and key frames come as always."""
-    bench.operational(bit_rate_code=3, heartbeat_ms=100, debounce=1)
+    bench.operational(bit_rate_code=5, heartbeat_ms=100, debounce=1)
     judge_row(bench, some_row(bench, next_beat(bench, exactly(bench.now()))), "HB-01")
     press_and_release(bench, keys, "KEY-05")  # before the load
     start = bench.now()

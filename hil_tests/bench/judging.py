@@ -269,13 +269,12 @@ class JudgingBench(BenchCore):
         since = interval_of(after).earliest
         if until > self.known_until and self.stage.health is not None:
             self.settle()
+        start, accepts = self._index_after(after), matcher.accepts
         return [
             seen
-            for seen in self.frames_seen(self._index_after(after))
-            if not seen.own
-            and since <= seen.wanted.latest
-            and matcher.accepts(seen.frame)
-            and (seen.wanted.earliest <= until or self.when(seen).earliest <= until)
+            for index, (frame, _, _, own) in enumerate(self.trace.frames(start), start)
+            if not own and accepts(frame) and since <= (seen := self.seen(index)).wanted.latest
+            if seen.wanted.earliest <= until or self.when(seen).earliest <= until
         ]
 
     def beats(self, matcher: Matcher, count: int, *, after: When, patience_ns: int) -> list[Seen]:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import gc
 import io
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
@@ -39,6 +39,9 @@ PATIENCE_S = 300
 
 TEXT = 300
 """So much of a text is kept."""
+
+MANY = 8
+"""Models for which it pays to try the right one beforehand, see `warm_up`."""
 
 _CONTEXT = get_context("fork")
 
@@ -267,7 +270,19 @@ def _serve(suite: Suite, name: str, answer: Connection) -> None:
     answer.send(try_model(suite, name))
 
 
-def try_each(suite: Suite, names: Iterable[str], workers: int) -> Iterator[Trial]:
+def warm_up(suite: Suite) -> None:
+    """Do once what every process that is forked from this one would have to do again.
+
+    Half of a second that a model takes goes into what is the same for all: tables that are
+    made when first asked for, the constants that Hypothesis reads from the sources, bytecode
+    that specialises. What was made for the right model holds nothing of it.
+    """
+    try_model(suite, "")
+    gc.collect()
+    gc.freeze()  # else each process would write into pages that it shares with this one
+
+
+def try_each(suite: Suite, names: Sequence[str], workers: int) -> Iterator[Trial]:
     """Try models, so many at once, each in a process of its own; told as they end.
 
     Args:
@@ -278,7 +293,9 @@ def try_each(suite: Suite, names: Iterable[str], workers: int) -> Iterator[Trial
     if not workers:
         yield from (try_model(suite, name) for name in names)
         return
-    left, busy = list(reversed(list(names))), list[_Worker]()
+    if len(names) > MANY:
+        warm_up(suite)
+    left, busy = list(reversed(names)), list[_Worker]()
     while left or busy:
         while left and len(busy) < workers:
             busy.append(_Worker(suite, left.pop()))
