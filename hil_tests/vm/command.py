@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -12,7 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from hil_tests.vm import equipment, guest, kernel, modules, native
+from hil_tests.vm import bytecode, equipment, guest, kernel, modules, native
 from hil_tests.vm.errors import Unavailable
 from hil_tests.vm.launcher import Launcher
 from hil_tests.vm.machine import Machine
@@ -76,7 +75,8 @@ def _add_machine(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     machine.add_argument(
         "--compile", action="append", type=Path, default=[], metavar="DIR",
-        help="compile the Python files in DIR first: importing them uncompiled is slow in there",
+        help="compile the Python files in DIR first (importing them uncompiled is slow in there);"
+        " if COMMAND is pytest, it collects its tests here first, to the same end",
     )  # fmt: skip
     machine.add_argument(
         "--timeout", type=float, metavar="SECONDS", help="end the machine after that"
@@ -191,7 +191,7 @@ def _in_machine(options: argparse.Namespace, host: Host, command: Sequence[str])
     found = equipment.gather(host.shell, host.cache, options.kernel)
     booted = kernel.unpacked(found.kernel, host.cache / "unpacked")
     results = tuple(_made(path) for path in options.results)
-    _compile(options)
+    bytecode.compile_all(options.compile, command, os.environ)
     with _run_folder() as folder:
         machine = Machine(
             found.qemu, booted.image, options.shift, options.memory, results, Path(folder)
@@ -227,10 +227,3 @@ def _made(path: Path) -> Path:
             f"The results folder {path} cannot be made: {error.strerror}. Choose another."
         ) from error
     return path.resolve()
-
-
-def _compile(options: argparse.Namespace) -> None:
-    for folder in options.compile:
-        # A file that does not compile is the command's affair, which will say so better.
-        compile_all = [sys.executable, "-m", "compileall", "-q", str(folder)]
-        subprocess.run(compile_all, stdout=subprocess.DEVNULL, check=False)

@@ -43,6 +43,13 @@ def test_the_clock_follows_counted_instructions(shift: int) -> None:
     assert "-enable-kvm" not in line
 
 
+def test_memory_is_not_copied_byte_by_byte() -> None:
+    """The processor has all that the emulator offers, except what it is slow at."""
+    line = machine()
+
+    assert line[line.index("-cpu") + 1].split(",") == ["max", "-erms"]
+
+
 def test_the_host_is_shared_read_only_and_results_are_not() -> None:
     """Only what was named can be written to; a comma in a path is doubled for QEMU."""
     shares = [word for word in machine(results=(Path("/a,b"),)) if word.startswith("local,")]
