@@ -101,7 +101,9 @@ def unpack(packet: bytes) -> Note:
 
 
 def _payload_at(packet: bytes) -> int:
-    """Where the JSON begins: past the tags."""
+    """Where the JSON begins: past the tags, ours or another's."""
+    if packet.startswith(_PREFIX):
+        return len(_PREFIX)
     place = 0
     while place + 4 <= len(packet):
         code = int.from_bytes(packet[place : place + 2], "big")

@@ -221,11 +221,14 @@ def _interval(row: Any, key: str, place: str) -> tuple[int, int] | None:
     raise _Wrong(f"{place}.{key}: both ends are needed")
 
 
+_ENDS = (int, type(None))
+
+
 def _pair(row: Any, key: str, place: str) -> tuple[int | None, int | None] | None:
     if not isinstance(row, dict) or row.get(key) is None:
         return None
-    pair = _field(row, key, list, place)
-    good = all(end is None or (isinstance(end, int) and not isinstance(end, bool)) for end in pair)
-    if len(pair) != 2 or not good:
-        raise _Wrong(f"{place}.{key}: {_shown(pair)} is no pair of whole numbers")
-    return pair[0], pair[1]
+    match _field(row, key, list, place):
+        case [low, high] if type(low) in _ENDS and type(high) in _ENDS:
+            return low, high
+        case pair:
+            raise _Wrong(f"{place}.{key}: {_shown(pair)} is no pair of whole numbers")

@@ -19,6 +19,9 @@ OUTCOMES = (
 )
 """Of a test and of a verdict, in the words of every report."""
 
+PASSING = frozenset(("passed", "characteristic"))
+"""Those that hold nothing against the device."""
+
 
 def known(outcome: str) -> str:
     """The outcome itself.

@@ -24,7 +24,7 @@ from hil_tests.replay.runs import RecordedRun, RecordedTest, open_runs
 from hil_tests.replay.stage import ReplayStage
 from hil_tests.replay.standing import setup_of, stand
 from hil_tests.reporting.results_reader import RESULTS, load_results
-from hil_tests.reporting.rows import TestResult
+from hil_tests.reporting.rows import PASSING, TestResult
 from hil_tests.reporting.tally import pairs
 from hil_tests.run import outcome, stash
 from hil_tests.run.options import Settings
@@ -337,6 +337,6 @@ def _why(result: TestResult, name: str) -> str:
     texts = [
         row.text
         for row in result.verdicts
-        if row.requirement == name and row.outcome not in {"passed", "characteristic"}
+        if row.requirement == name and row.outcome not in PASSING
     ]
     return (texts[0] if texts else result.text or "no more is known").partition("\n")[0]

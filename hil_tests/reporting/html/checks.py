@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from hil_tests.clock import MS, S
 from hil_tests.reporting.html.recording import Recording
+from hil_tests.reporting.margins import Margin
 from hil_tests.reporting.rows import VerdictRow
 
 _FRAME_NS = 20 * MS
@@ -32,11 +33,13 @@ class Check:
         row: as `results.json` has it.
         cause_at: where the cause of a measured span is drawn; None = nothing was timed.
         effect_at: where its effect is drawn; None = there is none.
+        margin: the room that its measurement left; None = it has none.
     """
 
     row: VerdictRow
     cause_at: int | None = None
     effect_at: int | None = None
+    margin: Margin | None = None
 
     @property
     def at(self) -> int | None:
@@ -47,9 +50,9 @@ class Check:
 def checks_of(rows: Sequence[VerdictRow], recording: Recording | None) -> list[Check]:
     """The checks of a test, in the order in which they were made."""
     if recording is None:
-        return [Check(row) for row in rows]
+        return [Check(row, margin=row.margin) for row in rows]
     return [
-        Check(row, _drawn(row.cause_at, recording), _drawn(row.effect_at, recording))
+        Check(row, _drawn(row.cause_at, recording), _drawn(row.effect_at, recording), row.margin)
         for row in rows
     ]
 

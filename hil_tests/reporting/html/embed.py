@@ -17,7 +17,7 @@ import zlib
 from array import array
 from bisect import bisect_left, bisect_right
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from operator import sub
 from typing import Any
@@ -26,9 +26,9 @@ from hil_tests.clock import S
 from hil_tests.reporting import journal
 from hil_tests.reporting.html.checks import Check
 from hil_tests.reporting.html.lanes import lane_of, lanes_of, other_moments, spans_of
-from hil_tests.reporting.html.narrative import Decode
 from hil_tests.reporting.html.recording import Recording
 from hil_tests.reporting.html.view import TestView
+from hil_tests.reporting.rows import PASSING
 from hil_tests.trace import BusEvent
 
 BUDGET = 3_600_000
@@ -59,7 +59,7 @@ class _Purse:
         return True
 
 
-def embed(tests: Sequence[TestView], decode: Decode, budget: int = BUDGET) -> None:
+def embed(tests: Sequence[TestView], budget: int = BUDGET) -> None:
     """Give each test its timeline, as far as the budget goes."""
     purse = _Purse(budget)
     for test in sorted(tests, key=_urgency):
@@ -67,7 +67,7 @@ def embed(tests: Sequence[TestView], decode: Decode, budget: int = BUDGET) -> No
         if recording is None or not (len(recording) or recording.notes):
             continue
         for stretches in _choices(test, recording):
-            data = pack(test, recording, stretches, decode)
+            data = pack(test, recording, stretches)
             if purse.pay(data):
                 test.data = data
                 break
@@ -81,18 +81,17 @@ def _urgency(test: TestView) -> tuple[int, int]:
 
 def is_near(check: Check) -> bool:
     """Whether a check did not plainly pass: its margin is a few doubts."""
-    row = check.row
-    margin = row.margin
-    if row.outcome not in {"passed", "characteristic"}:
+    margin = check.margin
+    if check.row.outcome not in PASSING:
         return True
     return margin is not None and margin.doubts != margin.ns and margin.doubts < _NEAR_DOUBTS
 
 
-def _choices(test: TestView, recording: Recording) -> list[list[Stretch]]:
+def _choices(test: TestView, recording: Recording) -> Iterator[list[Stretch]]:
     """What may be kept, the best first."""
-    whole = [(0, len(recording))]
-    windows = _windows(test, recording)
-    return [whole, windows] if len(recording) <= _WHOLE_FRAMES else [windows]
+    if len(recording) <= _WHOLE_FRAMES:
+        yield [(0, len(recording))]
+    yield _windows(test, recording)
 
 
 def _windows(test: TestView, recording: Recording) -> list[Stretch]:
@@ -110,9 +109,7 @@ def _windows(test: TestView, recording: Recording) -> list[Stretch]:
     return found
 
 
-def pack(
-    test: TestView, recording: Recording, stretches: Sequence[Stretch], decode: Decode
-) -> str:
+def pack(test: TestView, recording: Recording, stretches: Sequence[Stretch]) -> str:
     """The timeline of a test, in base64."""
     at, kind = array("q"), array("I")
     for start, stop in stretches:
@@ -121,7 +118,7 @@ def pack(
     at, kind = _in_order(at, kind)
     used = Counter(kind)
     numbers = {number: place for place, number in enumerate(used)}
-    head = _head(test, recording, used, decode)
+    head = _head(test, recording, used)
     head["n"] = len(at)
     head["left"] = _left_out(recording, stretches, test.origin_at)
     text = json.dumps(head, separators=(",", ":")).encode()
@@ -165,19 +162,17 @@ def _left_out(
     return found
 
 
-def _head(
-    test: TestView, recording: Recording, used: Counter[int], decode: Decode
-) -> dict[str, Any]:
+def _head(test: TestView, recording: Recording, used: Counter[int]) -> dict[str, Any]:
     """All but the columns."""
     origin_at, kinds = test.origin_at, recording.kinds.all
     notes = [journal.stamp(note) for _, note in recording.notes]
     end_at = max([*recording.at[-1:], *notes[-1:], *notes[:1]], default=origin_at)
-    lanes = lanes_of(recording, used, decode)
+    lanes = lanes_of(recording, used)
     events = [note for _, note in recording.notes if isinstance(note, BusEvent)]
     words = [
         (
             recording.kinds.texts[number],
-            decode(kinds[number].frame) if place < _MOST_WORDS else "",
+            recording.kinds.words(number) if place < _MOST_WORDS else "",
             lane_of(lanes, kinds[number].frame),
             int(kinds[number].own),
             kinds[number].doubt_ns,

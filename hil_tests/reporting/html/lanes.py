@@ -6,12 +6,12 @@ Instants are ns from the origin of the recording.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from hil_tests.reporting.html.facts import table_of
-from hil_tests.reporting.html.narrative import Decode
 from hil_tests.reporting.html.recording import Recording
 from hil_tests.reporting.html.stimuli import names_in, told
 from hil_tests.trace import Moment
@@ -49,13 +49,12 @@ def _key(frame: Frame) -> int:
     return ~frame.can_id if frame.extended else frame.can_id
 
 
-def lanes_of(recording: Recording, used: Mapping[int, int], decode: Decode) -> Lanes:
+def lanes_of(recording: Recording, used: Mapping[int, int]) -> Lanes:
     """One lane for each identifier, by identifier; the rarest share one.
 
     Args:
         recording: whose frames they are.
         used: number of a kind -> how many frames of it there are.
-        decode: a frame in words.
     """
     kinds = recording.kinds.all
     count: Counter[int] = Counter()
@@ -66,7 +65,7 @@ def lanes_of(recording: Recording, used: Mapping[int, int], decode: Decode) -> L
         count[key] += frames
         services = words.setdefault(key, {})
         if len(services) < 2:
-            services[_short(decode(frame), frame)] = None
+            services[_short(recording.kinds.words(number), frame)] = None
     chosen = sorted((key for key, _ in count.most_common(MOST_LANES)), key=lambda k: (k < 0, k))
     names = [f"{_identifier(key)}  {' / '.join(words[key])}" for key in chosen]
     of = {key: place for place, key in enumerate(chosen)}
@@ -217,9 +216,9 @@ def _states(
         if last.get(node) != state:
             last[node] = state
             changes.setdefault(node, []).append((at, state))
-    offs = [
+    offs = sorted(
         m.began_at for m in recording.moments() if m.what == "power" and not m.detail.get("on")
-    ]
+    )
     return {
         node: _state_spans(changes[node][:_MOST_SPANS], offs, origin_at, end_at)
         for node in sorted(changes)[:_MOST_NODES]
@@ -233,7 +232,8 @@ def _state_spans(
     ends = [at for at, _ in changes[1:]] + [end_at]
     found = []
     for (at, state), until in zip(changes, ends, strict=True):
-        dark = next((off for off in offs if at < off < until), until)
+        off = bisect_right(offs, at)
+        dark = min([until, *offs[off : off + 1]])
         label = _STATES.get(state, f"state {state:02X}h")
         class_ = _CLASSES.get(state, "strange")
         found.append((at - origin_at, dark - origin_at, label, class_))

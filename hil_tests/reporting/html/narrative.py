@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import islice
 
@@ -12,10 +12,8 @@ from hil_tests.reporting import journal
 from hil_tests.reporting.html.checks import Check
 from hil_tests.reporting.html.recording import Note, Recording
 from hil_tests.reporting.html.stimuli import told
+from hil_tests.reporting.rows import PASSING
 from hil_tests.trace import Moment
-from node_model.frame import Frame
-
-Decode = Callable[[Frame], str]
 
 STIMULUS, NOTE = "stimulus", "note"
 SENT, SEEN, EVENT, CHECK = "sent", "seen", "event", "check"
@@ -48,12 +46,12 @@ class Line:
     until: int | None = None
 
 
-def frame_line(recording: Recording, index: int, decode: Decode) -> Line:
+def frame_line(recording: Recording, index: int) -> Line:
     """A frame as a line."""
     number = recording.kind[index]
-    frame, _, own = recording.kinds.all[number]
+    own = number in recording.kinds.own
     text = recording.kinds.texts[number]
-    return Line(SENT if own else SEEN, recording.at[index], text, decode(frame))
+    return Line(SENT if own else SEEN, recording.at[index], text, recording.kinds.words(number))
 
 
 def note_line(note: Note) -> Line:
@@ -70,31 +68,56 @@ def check_line(check: Check) -> Line:
     return Line(CHECK, row.at, row.requirement, row.text or row.what, row.outcome)
 
 
-def steps(
-    recording: Recording, checks: Sequence[Check], decode: Decode, most: int
-) -> tuple[list[Line], int]:
+def steps(recording: Recording, checks: Sequence[Check], most: int) -> tuple[list[Line], int]:
     """Stimuli, frames of the tester, bus events and checks, and how many were left out.
 
     Of many, those round the checks that deserve a look are kept, then the first ones.
     """
-    lines = [frame_line(recording, index, decode) for index in _first_own(recording, 4 * most)]
-    lines += [note_line(note) for _, note in recording.notes]
-    lines += [check_line(check) for check in checks]
-    lines.sort(key=_order)
-    if len(lines) <= most:
-        return lines, 0
-    kept = _telling(lines, most)
-    return [lines[place] for place in kept], len(lines) - len(kept)
+    all_of_it = _in_order(recording, checks, 4 * most)
+    kept = all_of_it if len(all_of_it) <= most else _telling(all_of_it, most)
+    return [_line(thing, recording) for thing in kept], len(all_of_it) - len(kept)
 
 
-def _order(line: Line) -> tuple[bool, int, int]:
+_Thing = int | Note | Check
+"""What happened: index of a frame, a note, or a check."""
+
+
+def _in_order(recording: Recording, checks: Sequence[Check], most_frames: int) -> list[_Thing]:
+    """What happened; put into words is only what is shown of it."""
+    frames = _first_own(recording, most_frames)
+    things: list[_Thing] = [*frames]
+    keys = [_order(recording.at[index]) for index in frames]
+    for _, note in recording.notes:
+        things.append(note)
+        last = isinstance(note, Moment) and note.what == _LAST
+        keys.append(_order(journal.stamp(note), _AT_LAST if last else 0))
+    things += checks
+    keys += [_order(check.row.at, _AFTER_ITS_CAUSE) for check in checks]
+    return [things[place] for place in sorted(range(len(things)), key=keys.__getitem__)]
+
+
+_AFTER_ITS_CAUSE, _AT_LAST = 1, 2
+
+
+def _order(at: int | None, rank: int = 0) -> tuple[bool, int, int]:
     """By instant; a check follows what it was made of, and the end of a test all else."""
-    return line.at is None, line.at or 0, 2 if line.raw == _LAST else line.what == CHECK
+    return at is None, at or 0, rank
+
+
+def _order_of(line: Line) -> tuple[bool, int, int]:
+    rank = _AT_LAST if line.raw == _LAST else _AFTER_ITS_CAUSE if line.what == CHECK else 0
+    return _order(line.at, rank)
+
+
+def _line(thing: _Thing, recording: Recording) -> Line:
+    if isinstance(thing, int):
+        return frame_line(recording, thing)
+    return check_line(thing) if isinstance(thing, Check) else note_line(thing)
 
 
 def with_finding(lines: Sequence[Line], finding: Line | None) -> list[Line]:
     """Lines with a check among them, in its place."""
-    return list(lines) if finding is None else sorted([*lines, finding], key=_order)
+    return list(lines) if finding is None else sorted([*lines, finding], key=_order_of)
 
 
 def _first_own(recording: Recording, most: int) -> list[int]:
@@ -104,27 +127,27 @@ def _first_own(recording: Recording, most: int) -> list[int]:
     return list(islice(found, most))
 
 
-def _telling(lines: Sequence[Line], most: int) -> list[int]:
-    """Places of the lines that are shown where there are too many."""
+def _telling(things: Sequence[_Thing], most: int) -> list[_Thing]:
+    """What is shown where there is too much."""
     chosen: set[int] = set()
-    for place, line in enumerate(lines):
-        if line.what == CHECK and line.outcome not in {"passed", "characteristic"}:
-            chosen.update(range(max(0, place - 8), min(len(lines), place + 3)))
+    for place, thing in enumerate(things):
+        if isinstance(thing, Check) and thing.row.outcome not in PASSING:
+            chosen.update(range(max(0, place - 8), min(len(things), place + 3)))
             if len(chosen) > most:
                 break
-    for place in range(len(lines)):
+    for place in range(len(things)):
         if len(chosen) >= most:
             break
         chosen.add(place)
-    return sorted(chosen)
+    return [things[place] for place in sorted(chosen)]
 
 
-def window(recording: Recording, at: int | None, decode: Decode) -> list[Line]:
+def window(recording: Recording, at: int | None) -> list[Line]:
     """What stands around an instant; around the end, where none is known."""
     count = len(recording)
     index = count if at is None else bisect_right(recording.at, at)
     lines = [
-        frame_line(recording, each, decode)
+        frame_line(recording, each)
         for each in range(max(0, index - BEFORE), min(count, index + AFTER))
     ]
     since = lines[0].at if lines and index > BEFORE else None

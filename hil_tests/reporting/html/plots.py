@@ -125,9 +125,12 @@ def run_chart(series: Series) -> Markup:
     up = _Axis(low, high, _HEIGHT - _BOTTOM, _TOP)
     across = _Axis(0, max(len(series.values) - 1, 1), _LEFT, _WIDTH - _RIGHT)
     parts = _bands(series, up, _rows)
+    columns = []
     for first, lowest, highest in _thinned(series.values):
         top, bottom = up(highest), up(lowest)
-        parts.append(svg.rect(across(first) - 1, top - 1, 2, bottom - top + 2, "point"))
+        height = bottom - top + 2
+        columns.append(f"M{across(first) - 1:.1f},{top - 1:.1f}h2v{height:.1f}h-2z")
+    parts.append(svg.element("path", d="".join(columns), class_="points"))
     parts.append(svg.line(_LEFT, _HEIGHT - _BOTTOM, _WIDTH - _RIGHT, _HEIGHT - _BOTTOM, "axis"))
     for tick in _ticks(low, high, 4):
         parts.append(svg.label(_LEFT - 4, up(tick) + 4, show_span(round(tick)), "tick", "end"))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import struct
 from array import array
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -43,10 +44,16 @@ class _Foreign(Exception):
 
 
 class Kinds:
-    """Every kind of frame that some recordings hold, numbered."""
+    """Every kind of frame that some recordings hold, numbered.
 
-    def __init__(self) -> None:
+    Args:
+        decode: puts a frame into words.
+    """
+
+    def __init__(self, decode: Callable[[Frame], str]) -> None:
         self.all: list[Kind] = []
+        self._decode = decode
+        self._words: dict[int, str] = {}
         self._known: dict[Kind, int] = {}
         self.by_block: dict[int, dict[bytes, int]] = {}
         """Doubt -> the bytes behind the stamp -> number."""
@@ -64,6 +71,13 @@ class Kinds:
             self.texts.append(str(kind.frame))
             if kind.own:
                 self.own.add(found)
+        return found
+
+    def words(self, number: int) -> str:
+        """What a frame of that kind means; worked out once, and only when somebody asks."""
+        found = self._words.get(number)
+        if found is None:
+            found = self._words[number] = self._decode(self.all[number].frame)
         return found
 
 
@@ -148,13 +162,18 @@ def _walk(data: bytes, recording: Recording) -> None:
     doubts: list[int] = []
     unpack, add_at, add_kind = _BLOCK.unpack_from, recording.at.append, recording.kind.append
     while place < end:
-        if end - place < _PACKET_AT:
-            raise _Foreign
         block, size, interface, at, captured = unpack(data, place)
+        if block == layout.ENHANCED_PACKET and (table := tables[interface]) is not None:
+            # The key ends with the size of its block, so a known one needs no other check.
+            number = table.get(data[place + _PACKET_AT - 8 : place + size])
+            if number is not None:
+                add_at(at)
+                add_kind(number)
+                place += size
+                continue
         if size < _PACKET_AT or size % 4 or place + size > end:
             raise _Foreign
         if block == layout.ENHANCED_PACKET:
-            table = tables[interface]
             if table is None:
                 packet = data[place + _PACKET_AT : place + _PACKET_AT + captured]
                 if not packet.startswith(_MARK, len(_PREFIX)):
@@ -163,10 +182,8 @@ def _walk(data: bytes, recording: Recording) -> None:
                     recording.notes.append((len(recording.at), note))
             else:
                 key = data[place + _PACKET_AT - 8 : place + size]
-                number = table.get(key)
-                if number is None:
-                    number = _new_kind(key, captured, doubts[interface], recording.kinds)
-                    table[key] = number
+                number = _new_kind(key, captured, doubts[interface], recording.kinds)
+                table[key] = number
                 add_at(at)
                 add_kind(number)
         elif block == layout.INTERFACE_DESCRIPTION:

@@ -12,7 +12,7 @@ from hil_tests.reporting.html.artefacts import Artefact, artefacts_of
 from hil_tests.reporting.html.coverage import Covered, cover, proofs_of
 from hil_tests.reporting.html.embed import embed
 from hil_tests.reporting.html.facts import fact, table_of
-from hil_tests.reporting.html.view import Teller, TestView, views_of
+from hil_tests.reporting.html.view import TestView, views_of
 from hil_tests.reporting.results_reader import RESULTS, Results, load_results
 
 REPORT = "report.html"
@@ -57,9 +57,8 @@ def read_run(folder: Path, aimed: Mapping[str, Iterable[str]]) -> Subject:
     """
     results = load_results(folder / RESULTS)
     kind = fact(results.run, "device", "profile", "kind")
-    tell = Teller(str(kind or "keypad"))
-    tests = views_of(folder, results, tell)
-    embed(tests, tell)
+    tests = views_of(folder, results, str(kind or "keypad"))
+    embed(tests)
     matrix, notes = _matrix(folder)
     matrix = _of_kind(matrix, str(kind))
     covered = cover(results, proofs_of(aimed, matrix))

@@ -7,6 +7,7 @@ the judge, who allows for other traffic, may be milder. Answers are what the che
 from __future__ import annotations
 
 import re
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -71,29 +72,25 @@ def _limits_of_periods(checks: Sequence[Check]) -> Iterator[tuple[int, int]]:
 
 def _gaps(recording: Recording, limits: tuple[int, int]) -> Iterator[tuple[int, int]]:
     """Distances of a node's heartbeats between which nothing was done to it."""
-    kinds = recording.kinds
+    kinds, numbers, at = recording.kinds, recording.kind, recording.at
     beats = {
         number
-        for number in set(recording.kind)
+        for number in set(numbers)
         if not kinds.all[number].own and 0x700 < kinds.all[number].frame.can_id < 0x780
     }
-    pauses = {place for place, _ in recording.notes}
-    runs: list[list[int]] = [[]]
-    for index, number in enumerate(recording.kind):
-        if index in pauses or number in kinds.own:
-            runs.append([])
-        if number in beats:
-            runs[-1].append(index)
+    acts = [index for index, number in enumerate(numbers) if number in kinds.own]
+    acts = sorted({*acts, *(place for place, _ in recording.notes)})
     low, high = limits
-    for run in runs:
-        for before, after in pairwise(run):
-            if kinds.all[recording.kind[before]].frame != kinds.all[recording.kind[after]].frame:
-                continue
-            gap = recording.at[after] - recording.at[before]
-            doubt_after = kinds.all[recording.kind[after]].doubt_ns
-            doubt_before = kinds.all[recording.kind[before]].doubt_ns
-            if low // 2 <= gap <= 2 * high:
-                yield gap - doubt_after, gap + doubt_before
+    for before, after in pairwise(
+        index for index, number in enumerate(numbers) if number in beats
+    ):
+        gap = at[after] - at[before]
+        if not low // 2 <= gap <= 2 * high:
+            continue
+        first, second = kinds.all[numbers[before]], kinds.all[numbers[after]]
+        undisturbed = bisect_right(acts, before) == bisect_right(acts, after)
+        if undisturbed and first.frame == second.frame:
+            yield gap - second.doubt_ns, gap + first.doubt_ns
 
 
 def answers(tests: Sequence[TestView]) -> list[Series]:
@@ -101,15 +98,15 @@ def answers(tests: Sequence[TestView]) -> list[Series]:
     found: dict[tuple[str, Ends], Series] = {}
     for test in tests:
         for check in test.checks:
-            row, margin = check.row, check.row.margin
+            row, margin = check.row, check.margin
             if margin is None or row.measured_ns is None or row.limits_ns is None:
                 continue
             if _PERIODIC.match(row.what):
                 continue
-            name = f"{row.requirement}: {_general(row.what)}"
-            series = found.setdefault(
-                (row.requirement, row.limits_ns), Series(name, row.limits_ns)
-            )
+            series = found.get((row.requirement, row.limits_ns))
+            if series is None:
+                series = Series(f"{row.requirement}: {_general(row.what)}", row.limits_ns)
+                found[row.requirement, row.limits_ns] = series
             series.values.append(row.measured_ns)
             series.tests[test.number] = None
             if margin.share is not None:

@@ -19,8 +19,7 @@ from hil_tests.reporting.html.narrative import Line
 from hil_tests.reporting.html.recording import Kinds, Recording, read_recording
 from hil_tests.reporting.results import COMPLETE
 from hil_tests.reporting.results_reader import Results
-from hil_tests.reporting.rows import TestResult, TraceFile
-from node_model.frame import Frame
+from hil_tests.reporting.rows import PASSING, TestResult, TraceFile
 
 ARGUED = frozenset(("failed", "error", "inconclusive", "observation"))
 """Outcomes of tests that are told at length."""
@@ -80,38 +79,24 @@ class TestView:
     @property
     def finding(self) -> Check | None:
         """The check that decided, where it was not a pass."""
-        bad = [each for each in self.checks if each.row.outcome not in _GOOD]
+        bad = [each for each in self.checks if each.row.outcome not in PASSING]
         return min(bad, key=lambda check: _ORDER.index(check.row.outcome), default=None)
 
 
-_GOOD = frozenset(("passed", "characteristic"))
 _ORDER = ("failed", "error", "inconclusive", "observation", "not run", "not applicable")
 
 
-@dataclass(frozen=True, slots=True)
-class Teller:
-    """Puts frames into words, each kind of frame once.
+def views_of(folder: Path, results: Results, kind: str) -> list[TestView]:
+    """Every test of a run, and at the end the recordings of tests that never ended.
 
     Args:
+        folder: of the run.
+        results: of the run.
         kind: of the device, see `decode`.
     """
-
-    kind: str
-    words: dict[Frame, str] = field(default_factory=dict)
-
-    def __call__(self, frame: Frame) -> str:
-        """What a frame means."""
-        found = self.words.get(frame)
-        if found is None:
-            found = self.words[frame] = decode(frame, None, self.kind)
-        return found
-
-
-def views_of(folder: Path, results: Results, tell: Teller) -> list[TestView]:
-    """Every test of a run, and at the end the recordings of tests that never ended."""
-    kinds = Kinds()
+    kinds = Kinds(lambda frame: decode(frame, None, kind))
     return [
-        _test_view(number, result, folder, kinds, tell)
+        _test_view(number, result, folder, kinds)
         for number, result in enumerate(_with_orphans(folder, results), 1)
     ]
 
@@ -129,14 +114,12 @@ def _with_orphans(folder: Path, results: Results) -> Iterator[TestResult]:
             yield TestResult(str(test or path.stem), "error", trace=TraceFile(trace), text=_ORPHAN)
 
 
-def _test_view(
-    number: int, result: TestResult, folder: Path, kinds: Kinds, tell: Teller
-) -> TestView:
+def _test_view(number: int, result: TestResult, folder: Path, kinds: Kinds) -> TestView:
     recording, missing = _recording(folder, result, kinds)
     checks = checks_of(result.verdicts, recording)
     view = TestView(number, result, recording, checks, missing=missing)
     if recording is not None:
-        _tell(view, recording, tell)
+        _tell(view, recording)
     else:
         view.lines = [narrative.check_line(check) for check in checks[:_STEPS_ARGUED]]
         view.left_out = len(checks) - len(view.lines)
@@ -157,17 +140,17 @@ def _recording(folder: Path, result: TestResult, kinds: Kinds) -> tuple[Recordin
     return recording, recording.damage
 
 
-def _tell(view: TestView, recording: Recording, tell: Teller) -> None:
+def _tell(view: TestView, recording: Recording) -> None:
     """What happened, from its recording."""
     view.origin_at = _origin(recording)
     most = _STEPS_ARGUED if view.is_argued else _STEPS
-    view.lines, view.left_out = narrative.steps(recording, view.checks, tell, most)
+    view.lines, view.left_out = narrative.steps(recording, view.checks, most)
     if not view.is_argued:
         count = min(len(recording), _FRAMES)
-        view.window = [narrative.frame_line(recording, index, tell) for index in range(count)]
+        view.window = [narrative.frame_line(recording, index) for index in range(count)]
         return
     finding = view.finding
-    view.window = narrative.window(recording, finding.row.at if finding else None, tell)
+    view.window = narrative.window(recording, finding.row.at if finding else None)
     line = narrative.check_line(finding) if finding else None
     view.chart = sequence.chart(view.window, view.origin_at, line)
 

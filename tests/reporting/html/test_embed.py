@@ -12,7 +12,7 @@ import pytest
 
 from hil_tests.clock import MS, S
 from hil_tests.reporting.html.embed import embed
-from hil_tests.reporting.html.view import Teller, TestView, views_of
+from hil_tests.reporting.html.view import TestView, views_of
 from hil_tests.reporting.pcapng import PcapngSink
 from hil_tests.reporting.results_reader import load_results
 from hil_tests.reporting.rows import VerdictRow
@@ -20,13 +20,11 @@ from hil_tests.trace import Entry, Moment, Sighting
 from node_model.frame import Frame
 from tests.reporting.html.making import failed, make_run, passed, result
 
-TELL = Teller("keypad")
-
 
 def views(folder: Path, budget: int | None = None) -> list[TestView]:
     """The tests of a run with their timelines."""
-    found = views_of(folder, load_results(folder / "results.json"), TELL)
-    embed(found, TELL, *([budget] if budget is not None else []))
+    found = views_of(folder, load_results(folder / "results.json"), "keypad")
+    embed(found, *([budget] if budget is not None else []))
     return found
 
 

@@ -17,7 +17,7 @@ from tests.reporting.html.making import write_trace
 
 def entries_of(path: Path) -> tuple[list[Entry], str]:
     """What the columns hold, as entries, and the damage."""
-    recording = read_recording(path, Kinds())
+    recording = read_recording(path, Kinds(str))
     found: list[Entry] = []
     index = 0
     for place, note in [*recording.notes, (len(recording), None)]:

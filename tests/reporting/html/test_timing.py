@@ -8,7 +8,7 @@ from pathlib import Path
 from hil_tests.clock import MS
 from hil_tests.reporting.html import plots, timing
 from hil_tests.reporting.html.timing import Series
-from hil_tests.reporting.html.view import Teller, views_of
+from hil_tests.reporting.html.view import views_of
 from hil_tests.reporting.pcapng import PcapngSink
 from hil_tests.reporting.results_reader import load_results
 from hil_tests.reporting.rows import VerdictRow
@@ -30,7 +30,7 @@ def periods(folder: Path, *entries: Entry) -> list[Series]:
     ) as sink:
         for entry in entries:
             sink.write(entry)
-    return timing.periods(views_of(run, load_results(run / "results.json"), Teller("keypad")))
+    return timing.periods(views_of(run, load_results(run / "results.json"), "keypad"))
 
 
 def beat(at: int, doubt_ns: int = 0) -> Sighting:
@@ -73,7 +73,7 @@ def test_answers_are_gathered_by_requirement_and_limits(tmp_path: Path) -> None:
         )
     ]
     run = make_run(tmp_path / "run", result(1, *rows))
-    views = views_of(run, load_results(run / "results.json"), Teller("keypad"))
+    views = views_of(run, load_results(run / "results.json"), "keypad")
     found = timing.answers(views)
     assert [series.name for series in found] == [
         "KEY-02: key frame of node … after …",
