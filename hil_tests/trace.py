@@ -225,6 +225,13 @@ class Trace:
         for index in range(*slice(start, stop).indices(len(self))):
             yield self.frame(index)
 
+    def others(self, start: int = 0) -> Iterator[tuple[int, Frame]]:
+        """The frames of others than the tester from index `start`, each after its index."""
+        body = self._body
+        for index, head in enumerate(self._head[start:], start):
+            if head < _OWN:
+                yield index, _unpacked(head, body[index])
+
     def bits(self, start: int = 0, stop: int | None = None) -> int:
         """How many bit times the frames from index `start` up to `stop` took on the wire."""
         many = Counter(zip(self._head[start:stop], self._body[start:stop], strict=True))

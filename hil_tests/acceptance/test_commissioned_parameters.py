@@ -208,10 +208,13 @@ def test_sync_time_has_no_effect(
 
     All values in virtual time; elsewhere the ends of the range, and one that the seed draws.
     """
+    bench.fresh()
     drawn = chance.row("sync time").randrange(2, 255)
     for value in (0, *(range(1, 256) if bench.stage.virtual else (1, drawn, 255))):
-        parameters, boot = started_with(bench, sync_time=value)
+        parameters = attrs.evolve(EXAMPLE, sync_time=value)
+        bench.commission(parameters)
+        boot = boots_as(bench, parameters, "COM-06")
 
-        expect_period(bench, boot, parameters, "COM-11" if value else "COM-09")
         bench.enter_operational()
         press_and_release(bench, keys, "COM-11" if value else "COM-10")
+        expect_period(bench, boot, parameters, "COM-11" if value else "COM-09")

@@ -272,8 +272,8 @@ class JudgingBench(BenchCore):
         start, accepts = self._index_after(after), matcher.accepts
         return [
             seen
-            for index, (frame, _, _, own) in enumerate(self.trace.frames(start), start)
-            if not own and accepts(frame) and since <= (seen := self.seen(index)).wanted.latest
+            for index, frame in self.trace.others(start)
+            if accepts(frame) and since <= (seen := self.seen(index)).wanted.latest
             if seen.wanted.earliest <= until or self.when(seen).earliest <= until
         ]
 

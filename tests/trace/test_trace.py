@@ -90,6 +90,15 @@ def beat(count: int, step_ns: int = 100) -> Trace:
 # Nothing lost, nothing changed
 
 
+@given(st.lists(sightings(), max_size=8), st.integers(0, 9))
+def test_frames_of_others_come_with_their_places(found: list[Sighting], start: int) -> None:
+    """Our own are left out; each of the others is told with its index, from any place on."""
+    trace = Trace()
+    record(trace, list(found))
+    others = [(place, each.frame) for place, each in enumerate(found) if not each.own]
+    assert list(trace.others(start)) == [each for each in others if each[0] >= start]
+
+
 @settings(max_examples=40)
 @given(entries)
 def test_what_was_recorded_comes_back_in_order(found: list[Entry]) -> None:
