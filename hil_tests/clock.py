@@ -19,6 +19,10 @@ _UNITS = {"ns": 1, "us": US, "ms": MS, "s": S, "min": 60 * S, "h": 3600 * S}
 _SPAN = re.compile(r"\s*([0-9]+(?:\.[0-9]+)?)\s*(ns|us|ms|s|min|h)\s*")
 
 
+_tuple = tuple.__new__
+"""What an `Interval` calls, without the call in between: they are made by the ten thousand."""
+
+
 class Interval(NamedTuple):
     """A span of time that holds an instant which is not known better.
 
@@ -35,7 +39,7 @@ class Interval(NamedTuple):
 
     def since(self, other: Interval) -> Interval:
         """The duration from an instant in `other` to an instant in this one."""
-        return Interval(self.earliest - other.latest, self.latest - other.earliest)
+        return _tuple(Interval, (self.earliest - other.latest, self.latest - other.earliest))
 
     def shifted(self, span_ns: int) -> Interval:
         """The same interval, `span_ns` later."""
@@ -44,7 +48,7 @@ class Interval(NamedTuple):
 
 def exactly(instant: int) -> Interval:
     """An instant that is known to the nanosecond."""
-    return Interval(instant, instant)
+    return _tuple(Interval, (instant, instant))
 
 
 def parse_span(text: str) -> int:

@@ -56,7 +56,7 @@ class Moment(NamedTuple):
     @property
     def when(self) -> Interval:
         """The interval in which it took effect."""
-        return Interval(self.began_at, self.ended_at)
+        return _tuple(Interval, (self.began_at, self.ended_at))
 
 
 class Burst:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from hil_tests.clock import Interval
+from hil_tests.clock import Interval, exactly
 from hil_tests.judge.causal import Seen
 from hil_tests.judge.expected import Expected
 from hil_tests.trace import Moment
@@ -20,7 +20,7 @@ When = Seen | Moment | Interval | int
 def interval_of(when: When) -> Interval:
     """The interval in which something happened."""
     if isinstance(when, int):
-        return Interval(when, when)
+        return exactly(when)
     return when if isinstance(when, Interval) else when.when
 
 

@@ -19,7 +19,7 @@ from collections.abc import Callable
 from operator import sub
 from typing import NamedTuple
 
-from hil_tests.clock import FOREVER, Interval
+from hil_tests.clock import FOREVER, Interval, exactly
 from hil_tests.trace import Sighting
 from node_model.frame import INTERMISSION_BITS, Frame
 
@@ -47,7 +47,7 @@ class Seen(NamedTuple):
     @property
     def when(self) -> Interval:
         """When it counts: a stimulus of ours from its end, others from their request."""
-        return Interval(self.at, self.at) if self.own else self.wanted
+        return exactly(self.at) if self.own else self.wanted
 
 
 def seen_between(frame: Frame, at: int, earliest: int, latest: int, own: bool, index: int) -> Seen:
