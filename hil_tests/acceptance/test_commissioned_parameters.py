@@ -215,6 +215,6 @@ def test_sync_time_has_no_effect(
         bench.commission(parameters)
         boot = boots_as(bench, parameters, "COM-06")
 
+        expect_period(bench, boot, parameters, "COM-11" if value else "COM-09")
         bench.enter_operational()
         press_and_release(bench, keys, "COM-11" if value else "COM-10")
-        expect_period(bench, boot, parameters, "COM-11" if value else "COM-09")
