@@ -14,7 +14,6 @@ from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import lru_cache
-from itertools import chain, repeat
 from typing import NamedTuple, Protocol
 
 from hil_tests.clock import Interval
@@ -25,6 +24,10 @@ _OWN = 1 << 40
 
 _MOST_DOUBT = (1 << 32) - 1
 """A stamp that is four seconds off or more is kept as that: it decides nothing anyway."""
+
+
+_tuple = tuple.__new__
+"""Makes a named tuple in half the time."""
 
 
 class Sighting(NamedTuple):
@@ -62,8 +65,8 @@ class Moment(NamedTuple):
 class Burst:
     """Frames seen one after the other in virtual time, their instants exact, nothing between.
 
-    `own` says that the last one was sent by the tester itself; none before it was. `over` says
-    that nothing more comes by the instant up to which they were asked for.
+    `own` holds the places, rising, of those that the tester sent itself. `over` says that
+    nothing more comes by the instant up to which they were asked for.
     """
 
     __slots__ = ("frames", "instants", "over", "own")
@@ -71,16 +74,29 @@ class Burst:
     def __init__(self) -> None:
         self.frames: list[Frame] = []
         self.instants: list[int] = []
-        self.own = False
+        self.own: list[int] = []
         self.over = False
 
     def __len__(self) -> int:
         return len(self.frames)
 
-    def seen(self) -> Iterator[tuple[Frame, int, int, bool]]:
-        """What their sightings hold: frame, instant, doubt, whether it is our own."""
-        owns = chain(repeat(False, len(self.frames) - 1), (self.own,))
-        return zip(self.frames, self.instants, repeat(0), owns)
+    def pop(self) -> Sighting:
+        """Take the last one out of it."""
+        place = len(self.frames) - 1
+        own = self.own[-1:] == [place]
+        if own:
+            self.own.pop()
+        return Sighting(self.frames.pop(), self.instants.pop(), own=own)
+
+    def sightings(self) -> list[Sighting]:
+        """Each of them."""
+        found = [
+            _tuple(Sighting, (frame, at, 0, False))
+            for frame, at in zip(self.frames, self.instants, strict=True)
+        ]
+        for place in self.own:
+            found[place] = _tuple(Sighting, (self.frames[place], self.instants[place], 0, True))
+        return found
 
 
 class EventKind(Enum):
@@ -142,10 +158,6 @@ class Sink(Protocol):
         """Store one entry; after this call a killed process has not lost it."""
 
 
-_tuple = tuple.__new__
-"""Makes a named tuple in half the time."""
-
-
 @lru_cache(maxsize=4096)  # most frames of a trace stand in it many times
 def _unpacked(head: int, body: int) -> Frame:
     """The frame with that head and body."""
@@ -195,10 +207,10 @@ class Trace:
         self._doubt.frombytes(bytes(self._doubt.itemsize * len(frames)))
         self._head.extend([frame.head for frame in frames])
         self._body.extend([frame.body for frame in frames])
-        if burst.own:
-            self._head[-1] |= _OWN
+        for place in burst.own:
+            self._head[first + place] |= _OWN
         for sink in self._sinks:
-            for sighting in map(Sighting._make, burst.seen()):
+            for sighting in burst.sightings():
                 sink.write(sighting)
         return first
 
@@ -219,6 +231,10 @@ class Trace:
         head = self._head[index]
         frame = _unpacked(head & _OWN - 1, self._body[index])
         return _tuple(Sighting, (frame, self._at[index], self._doubt[index], head >= _OWN))
+
+    def is_own(self, index: int) -> bool:
+        """Whether the tester sent that frame itself."""
+        return self._head[index] >= _OWN
 
     def frames(self, start: int = 0, stop: int | None = None) -> Iterator[Sighting]:
         """The frames from index `start` up to, not including, `stop`."""

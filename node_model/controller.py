@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import Enum
+from typing import Protocol
 
 from node_model.frame import Frame
 from node_model.node import Node
@@ -28,6 +29,10 @@ Withdraws = Callable[[Frame, int, int], bool]
 """See `Withdrawing`; asking for that protocol with `isinstance` costs as much as ten frames."""
 
 
+Repeats = Callable[[Frame, int, int, int], Sequence[int]]
+"""See `Repeating`."""
+
+
 class Controller:
     """One station on the wire: a node, or with None the tester's own end.
 
@@ -42,6 +47,7 @@ class Controller:
         "lost",
         "node",
         "rate",
+        "repeats",
         "usual",
         "usual_ns",
         "waiting",
@@ -61,3 +67,12 @@ class Controller:
         """A frame to which no node listens, as all stations are now, and how long it takes."""
         self.usual_ns = 0
         self.withdraws: Withdraws | None = getattr(node, "withdraws", None)
+        self.repeats: Repeats | None = getattr(node, "repeats", None)
+
+
+class Gathered(Protocol):
+    """Frames, when each has ended, and the places of a tester's own."""
+
+    frames: list[Frame]
+    instants: list[int]
+    own: list[int]

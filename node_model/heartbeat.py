@@ -49,6 +49,15 @@ class HeartbeatProducer:
         if self.due_at is not None:
             self.due_at += self.period_ns
 
+    def go_on(self, until: int, most: int) -> range:
+        """The beats that are due up to `until` are being sent, `most` of them at most."""
+        first, period_ns = self.due_at, self.period_ns
+        if first is None or not period_ns or first > until:
+            return range(0)
+        due = range(first, until + 1, period_ns)[:most]
+        self.due_at = due.stop
+        return due
+
 
 class HeartbeatService(QuietService):
     """Heartbeat producer of a device, set up by 1017h.

@@ -70,6 +70,28 @@ class Withdrawing(Node, Protocol):
         """Whether a frame that it asked for at `asked_at` is not to start at `now` any more."""
 
 
+@runtime_checkable
+class Repeating(Node, Protocol):
+    """A node that can tell at once when it sends the same frame again and again."""
+
+    def repeats(self, frame: Frame, until: int, gap_ns: int, most: int) -> Sequence[int]:
+        """The coming deadlines at which it sends this very frame and does nothing else.
+
+        They count as done: nobody calls `advance` for them. The next deadline is after them.
+
+        Args:
+            frame: what it sent last, alone.
+            until: none of them is later; nothing is told to it by then.
+            gap_ns: they are further apart than this.
+            most: no more of them.
+        """
+
+
+def same_verbs(kind: type, base: type, *verbs: str) -> bool:
+    """Whether a class does these as the class does from which it descends."""
+    return all(getattr(kind, verb) is getattr(base, verb) for verb in verbs)
+
+
 class Panel(Node, Protocol):
     """A node as a host or a virtual bench handles it: keys, LEDs and errors, where it has them."""
 

@@ -14,10 +14,10 @@ may take back what still waits.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from heapq import heapify, heappop, heappush, heapreplace
 
-from node_model.controller import DEFAULT_DEPTH, Controller, Mailbox, Waiting
+from node_model.controller import DEFAULT_DEPTH, Controller, Gathered, Mailbox, Waiting
 from node_model.frame import INTERMISSION_BITS, Frame
 from node_model.node import Frames, Node
 
@@ -169,28 +169,35 @@ class World:
             self.now = until
         return None
 
-    def solos(self, until: int, most: int, frames: list[Frame], instants: list[int]) -> bool:
-        """What `next_frame` would hand out next, as long as senders are alone on an idle wire.
+    def gather(self, until: int, most: int, heard: Gathered, own: Controller) -> bool:
+        """What `next_frame` would hand out, again and again.
 
         Args:
             until: no frame may end later.
-            most: how many frames there may be in the list.
-            frames: each is added to them.
-            instants: when each has ended.
+            most: how many frames, at most.
+            heard: they are added to it.
+            own: a tester; its frames are told apart.
 
         Returns:
-            Whether there are as many; else `next_frame` knows what comes.
+            Whether `until` has come; else there were enough, or an error frame before the last.
         """
-        events, event = self._events, self._event
-        while events and self._flying is None and not self._contest:
-            at = events[0][0]
-            if at > until or (found := event(at, until, None)) is None:
-                break
-            frames.append(found[0])
-            instants.append(found[1])
+        frames, instants = heard.frames, heard.instants
+        next_frame = self.next_frame
+        while (found := next_frame(until)) is not None:
+            frame, at, sender, _ = found
+            frames.append(frame)
+            instants.append(at)
+            if sender is own:
+                heard.own.append(len(frames) - 1)
+            if self.errors:
+                return False
+            if sender.repeats is not None and frame is sender.usual:
+                ends = self._repeated(sender, frame, until, most - len(frames))
+                frames += [frame] * len(ends)
+                instants += ends
             if len(frames) >= most:
-                return True
-        return False
+                return False
+        return True
 
     # The parts of it.
 
@@ -249,6 +256,27 @@ class World:
             return False
         sender.usual, sender.usual_ns = frame, frame.bits * self.bit_ns
         return True
+
+    def _repeated(self, sender: Controller, frame: Frame, until: int, most: int) -> Sequence[int]:
+        """When the same frame ends that the sender repeats, alone on an idle wire.
+
+        As in `_event` it is heard by no node, and nothing else happens meanwhile.
+        """
+        due, events = sender.due_at, self._events
+        if due is None or due < self._idle_from or self._flying is not None or self._contest:
+            return ()
+        others = events[1:3] if events[0][3] is sender else events[:1]
+        until = min(until, *[event[0] - 1 for event in others], FOREVER)
+        last = until - sender.usual_ns
+        if due > last or sender.repeats is None:
+            return ()
+        asked = sender.repeats(frame, last, sender.usual_ns + self._pause_ns, most)
+        if not asked:
+            return ()
+        self.now = asked[-1] + sender.usual_ns
+        self._idle_from = self.now + self._pause_ns
+        self._settle(sender)
+        return [at + sender.usual_ns for at in asked]
 
     def _push(self, at: int, controller: Controller) -> None:
         self._order += 1

@@ -263,7 +263,7 @@ class BenchCore:
                 if len(burst.frames) > FEW:
                     self._earliest.extend(self.watch.see_all(burst, self.trace.see_all(burst)))
                 elif burst.frames:
-                    for sighting in map(Sighting._make, burst.seen()):
+                    for sighting in burst.sightings():
                         self.take(sighting)
                 if burst.over:
                     return True

@@ -90,27 +90,13 @@ class VirtualPort:
 
     def burst(self, until: int, most: int = BURST) -> Burst:
         """See BurstPort."""
-        world, tester, burst = self.world, self.tester, Burst()
-        errors, next_frame, frames = world.errors, world.next_frame, burst.frames
-        keep, keep_instant = frames.append, burst.instants.append
-        if errors or self._held is not None:
+        world, burst = self.world, Burst()
+        if world.errors or self._held is not None:
             return burst
-        while len(frames) < most:
-            if world.solos(until, most, frames, burst.instants):
-                break
-            found = next_frame(until)
-            if found is None:
-                burst.over = not errors
-                break
-            frame, at, sender, _ = found
-            if errors:
-                self._held = Sighting(frame, at, own=sender is tester)
-                break
-            keep(frame)
-            keep_instant(at)
-            if sender is tester:
-                burst.own = True
-                break
+        over = world.gather(until, most, burst, self.tester)
+        if world.errors and not over:
+            self._held = burst.pop()
+        burst.over = over and not world.errors
         return burst
 
     def _error(self) -> BusEvent:

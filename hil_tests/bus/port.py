@@ -91,9 +91,8 @@ class BurstPort(Port, Protocol):
     def burst(self, until: int, most: int = BURST) -> Burst:
         """Let time pass up to `until`, or to something that needs a closer look.
 
-        That is an event, for which `next` has to be called, as for an empty burst. And a burst
-        ends with a frame of the tester's own, for that is a stimulus. One that is `over` needs
-        no `next`: nothing more comes by then.
+        That is an event, for which `next` has to be called, as for an empty burst. One that is
+        `over` needs no `next`: nothing more comes by then.
 
         Args:
             until: instant on this port's clock.

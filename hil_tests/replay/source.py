@@ -110,7 +110,7 @@ class Source:
             return entry
 
     def burst(self, until: int, most: int) -> Burst:
-        """Frames up to `until`, to a note or an event, or to a frame of the test's own."""
+        """Frames up to `until`, to a note or an event, or to one that the test never sent."""
         burst, entries = Burst(), self._entries
         place = self._place
         last = min(len(entries), place + most)
@@ -120,13 +120,12 @@ class Source:
                 break
             if entry.own and entry.frame not in self._sent:
                 break
+            if entry.own:
+                self._sent.remove(entry.frame)
+                burst.own.append(len(burst))
             burst.frames.append(entry.frame)
             burst.instants.append(entry.at)
             place += 1
-            if entry.own:
-                self._sent.remove(entry.frame)
-                burst.own = True
-                break
         self._place = place
         if len(burst):
             self.now = max(self.now, burst.instants[-1])

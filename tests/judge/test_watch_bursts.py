@@ -16,19 +16,19 @@ from tests.judge.scene import BEAT, NODE, Scene, device
 
 RIGHT, WRONG = Frame(BEAT, b"\x7f"), Frame(BEAT, b"\x04")
 FRAMES = (RIGHT, RIGHT, RIGHT, WRONG, Frame(BEAT, b"\x00"), Frame(0x123), Frame(0x185, b"\x00"))
+STOP = nmt_frame(2, NODE)
 Row = Sequence[tuple[Frame, int]]
 
 
 def verdicts(
-    row: Row, bit_ns: int, *, together: bool, own: bool, exclusive: bool = True
+    row: Row, bit_ns: int, *, together: bool, exclusive: bool = True
 ) -> tuple[list[str], list[str]]:
     """What is wrong with frames that follow a start, and when each was asked for.
 
     Args:
-        row: frames, each with its distance in ms from the one before.
+        row: frames, each with its distance in ms from the one before; `STOP` is the tester's.
         bit_ns: 0 = an untimed wire.
         together: they come in one burst.
-        own: the last one is a command of the tester's.
         exclusive: nobody else lives on the bus.
     """
     scene = Scene(device(exclusive=exclusive), bit_ns=bit_ns).started()
@@ -36,49 +36,45 @@ def verdicts(
     burst, now = Burst(), 250 * MS
     for frame, span_ms in row:
         now += span_ms * MS
+        if frame is STOP:
+            burst.own.append(len(burst))
         burst.frames.append(frame)
         burst.instants.append(now)
-    burst.own = own
-    if own:
-        burst.frames.append(nmt_frame(2, NODE))
-        burst.instants.append(now + MS)
     if together:
         asked = scene.watch.see_all(burst, 3)
     else:
         asked = []
-        for place, (frame, at) in enumerate(zip(burst.frames, burst.instants, strict=True)):
-            ours = own and place == len(burst) - 1
-            scene.see(frame, at / MS, own=ours)
-    scene.beats([now / MS + 100, now / MS + 200], 0x04 if own else 0x7F)
+        for frame, at in zip(burst.frames, burst.instants, strict=True):
+            scene.see(frame, at / MS, own=frame is STOP)
+    scene.beats([now / MS + 100, now / MS + 200], 0x04 if burst.own else 0x7F)
     return [str(verdict) for verdict in scene.verdicts(now / MS + 201)], [str(a) for a in asked]
 
 
 @settings(max_examples=60, deadline=None)
 @given(
     row=st.lists(
-        st.tuples(st.sampled_from(FRAMES), st.sampled_from((1, 50, 99, 100, 100, 101, 140))),
+        st.tuples(
+            st.sampled_from((*FRAMES, STOP)), st.sampled_from((1, 50, 99, 100, 100, 101, 140))
+        ),
         min_size=1,
         max_size=8,
     ),
     bit_ns=st.sampled_from((0, 4000)),
-    own=st.booleans(),
     exclusive=st.booleans(),
 )
-def test_a_burst_is_judged_as_its_frames_are(
-    row: Row, bit_ns: int, own: bool, exclusive: bool
-) -> None:
-    """Right beats, wrong ones, boot-ups, strange frames, at any distance, and a command."""
-    alone, _ = verdicts(row, bit_ns, together=False, own=own, exclusive=exclusive)
-    together, asked = verdicts(row, bit_ns, together=True, own=own, exclusive=exclusive)
+def test_a_burst_is_judged_as_its_frames_are(row: Row, bit_ns: int, exclusive: bool) -> None:
+    """Right beats, wrong ones, boot-ups, strange frames, at any distance, and commands."""
+    alone, _ = verdicts(row, bit_ns, together=False, exclusive=exclusive)
+    together, asked = verdicts(row, bit_ns, together=True, exclusive=exclusive)
     assert together == alone
-    assert len(asked) == len(row) + own
+    assert len(asked) == len(row)
 
 
 @pytest.mark.parametrize(("span_ms", "blamed"), [(100, 0), (120, 1)])
 def test_beats_of_a_burst_are_held_against_their_limits(span_ms: int, blamed: int) -> None:
     """Many that are right are taken at once; one that is not is told."""
     row = [(RIGHT, 100)] * 5 + [(RIGHT, span_ms)] + [(RIGHT, 100)] * 5
-    found, _ = verdicts(row, 4000, together=True, own=False)
+    found, _ = verdicts(row, 4000, together=True)
     assert len(found) == blamed
     assert all(text.startswith("HB-01") for text in found)
 

@@ -61,6 +61,20 @@ def test_a_stopped_producer_stays_stopped() -> None:
     assert producer.due_at is None
 
 
+def test_beats_that_go_on_count_as_sent() -> None:
+    """Those up to an instant, or so many of them; the grid goes on behind them."""
+    producer = HeartbeatProducer(100)
+    assert list(producer.go_on(1000, 9)) == []
+    producer.start(0)
+    assert list(producer.go_on(99, 9)) == []
+    assert list(producer.go_on(300, 9)) == [100, 200, 300]
+    assert producer.due_at == 400
+    assert list(producer.go_on(1000, 2)) == [400, 500]
+    assert producer.due_at == 600
+    producer.period_ns = 0
+    assert list(producer.go_on(1000, 9)) == []
+
+
 def service(period_ms: int, node_id: int = 5) -> tuple[HeartbeatService, ObjectDictionary]:
     """A heartbeat service that started at 0."""
     od = ObjectDictionary([u16(0x1017, 0, period_ms)])

@@ -5,8 +5,10 @@ from __future__ import annotations
 import pytest
 
 from node_model.frame import Frame
+from node_model.heartbeat import heartbeat_frame
 from node_model.keypad import Keypad, Parameters, Profile, load
-from node_model.node import MS, earliest
+from node_model.nmt import NmtState
+from node_model.node import MS, Frames, earliest
 
 PROFILE = load()
 BOTH = frozenset({"on_off", "aut"})
@@ -163,3 +165,24 @@ def test_it_has_no_errors_to_raise() -> None:
     assert list(pad.fail(frozenset(), 0)) == []
     with pytest.raises(ValueError, match="no fault heat; this keypad has none"):
         pad.fail(frozenset(("heat",)), 0)
+
+
+class Other(Keypad):
+    """It may do something else at a deadline."""
+
+    def advance(self, now: int) -> Frames:
+        """As usual, so far."""
+        return super().advance(now)
+
+
+def test_heartbeats_are_repeated_in_regular_operation_alone() -> None:
+    """Not without power, not in commissioning, and not by a keypad that is made differently."""
+    beat = heartbeat_frame(1, NmtState.PRE_OPERATIONAL)
+    far = 100_000 * MS
+    assert list(powered().repeats(beat, far, MS, 2)) == [1050 * MS, 2050 * MS]
+    assert not Keypad(PROFILE).repeats(beat, far, MS, 2)
+    assert not powered(BOTH).repeats(beat, far, MS, 2)
+    other = Other(PROFILE)
+    other.power_on(0)
+    other.advance(50 * MS)
+    assert not other.repeats(beat, far, MS, 2)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from node_model.frame import Frame
+from node_model.heartbeat import HeartbeatProducer
 from node_model.keypad import Parameters, Profile, load
 from node_model.keypad.operation import Operation
 from node_model.nmt import NmtState
@@ -232,3 +233,62 @@ def test_leds_survive_leaving_operational_and_not_a_reset() -> None:
     assert mode.lamps.steady == 0xFF
     mode.receive(RESET_COMMUNICATION, 2)
     assert mode.lamps.steady == 0
+
+
+class Shy(Operation):
+    """Its heartbeat may be silent."""
+
+    def beat_frames(self) -> Frames:
+        """As usual, so far."""
+        return super().beat_frames()
+
+
+class Uneven(HeartbeatProducer):
+    """It might beat otherwise."""
+
+    __slots__ = ()
+
+
+class UnevenPad(Operation):
+    """Has such a producer."""
+
+    heartbeat_type = Uneven
+
+
+def test_heartbeats_are_repeated_up_to_an_instant() -> None:
+    """All that are due by then, so many at most; the next deadline comes after them."""
+    mode = booted()
+    (beat,) = mode.beats[mode.state]
+    first = mode.deadline()
+    assert first is not None
+    period_ns = mode.beat.period_ns
+    assert list(mode.repeats(beat, first - 1, MS, 9)) == []
+    assert list(mode.repeats(beat, first + period_ns, MS, 9)) == [first, first + period_ns]
+    assert list(mode.repeats(beat, first + 9 * period_ns, MS, 1)) == [first + 2 * period_ns]
+    assert mode.deadline() == first + 3 * period_ns
+
+
+def test_a_key_to_settle_ends_the_repeating() -> None:
+    """It may be due with a heartbeat, and then both leave together."""
+    mode = started()
+    (beat,) = mode.beats[mode.state]
+    due = mode.deadline()
+    assert due is not None
+    mode.hold(1, due - mode.debounce_ns())
+    assert list(mode.repeats(beat, due + 9 * mode.beat.period_ns, MS, 9)) == []
+    assert len(mode.advance(due)) == 2
+
+
+def test_what_is_no_plain_heartbeat_is_not_repeated() -> None:
+    """Another frame, too short a period, a reset, or a device that beats in its own way."""
+    mode = booted()
+    (beat,) = mode.beats[mode.state]
+    far = 1000 * mode.beat.period_ns
+    assert not mode.repeats(keys(0), far, MS, 9)
+    assert not mode.repeats(beat, far, mode.beat.period_ns, 9)
+    mode.receive(Frame(0, b"\x81\x00"), 60 * MS)
+    assert not mode.repeats(beat, far, MS, 9)
+    for kind in (Shy, UnevenPad):
+        other = kind(PROFILE, mode.parameters, 0, 50 * MS)
+        other.advance(50 * MS)
+        assert not other.repeats(beat, far, MS, 9)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -66,12 +66,51 @@ def switched_on(world: World, station: Controller, node: Node, _: int) -> None:
     world.act(station, node.power_on)
 
 
+class Heard:
+    """What `gather` fills."""
+
+    def __init__(self) -> None:
+        self.frames: list[Frame] = []
+        self.instants: list[int] = []
+        self.own: list[int] = []
+
+
+Seen = tuple[Frame, int, int, int] | tuple[Frame, int, bool] | int
+
+
+def one_by_one(world: World, until: int, tester: Controller) -> Iterator[Seen]:  # noqa: ARG001
+    """Each frame, when it ended, who sent it, when that was asked for."""
+    while (found := world.next_frame(until)) is not None:
+        frame, at, sender, asked_at = found
+        assert world.now == at
+        yield frame, at, world.controllers.index(sender), asked_at
+
+
+def singly(world: World, until: int, tester: Controller) -> Iterator[Seen]:
+    """Each frame, when it ended, and whether it is the tester's."""
+    while (found := world.next_frame(until)) is not None:
+        yield found[0], found[1], found[2] is tester
+
+
+def together(world: World, until: int, tester: Controller) -> Iterator[Seen]:
+    """The same, gathered seven at a time at most."""
+    over = False
+    while not over:
+        heard = Heard()
+        over = world.gather(until, 7, heard, tester)
+        assert len(heard.frames) <= 7
+        assert over or len(heard.frames) == 7 or world.errors
+        for place, (frame, at) in enumerate(zip(heard.frames, heard.instants, strict=True)):
+            yield frame, at, place in heard.own
+
+
 def played(
     ear: frozenset[int] | None,
     beacons: Sequence[tuple[int, int]],
     steps: Sequence[tuple[int, str]],
-) -> list[tuple[Frame, int, int, int] | int]:
-    """What a tester sees: each frame, when it ended, who sent it, when that was asked for."""
+    look: Callable[[World, int, Controller], Iterator[Seen]] = one_by_one,
+) -> list[Seen]:
+    """What a tester sees, and when it looks."""
     world = World(RATE)
     tester = world.attach()
     world.attach(Listener(ear))
@@ -82,7 +121,7 @@ def played(
         beacon = Beacon(10 + number, period_ns, RATE)
         station = world.attach(beacon)
         world.at(phase_ns, partial(switched_on, world, station, beacon))
-    seen: list[tuple[Frame, int, int, int] | int] = []
+    seen: list[Seen] = []
     until = 49 * MS
 
     def jam(_: int) -> None:
@@ -98,10 +137,7 @@ def played(
     }
     for wait_ns, deed in steps:
         until += wait_ns
-        while (found := world.next_frame(until)) is not None:
-            frame, at, sender, asked_at = found
-            seen.append((frame, at, world.controllers.index(sender), asked_at))
-            assert world.now == at
+        seen += look(world, until, tester)
         seen.append(world.now)
         deeds[deed]()
     return seen + world.errors
@@ -115,3 +151,15 @@ def test_whether_anybody_listens_changes_nothing_on_the_wire(
 ) -> None:
     """Frames, instants, senders and errors are the same with a node that hears it all."""
     assert played(frozenset(), beacons, steps) == played(None, beacons, steps)
+
+
+@given(beacons=BEACONS, steps=STEPS)
+@example(beacons=[], steps=[(200 * MS, "look")] * 5)
+@example(beacons=[(5 * MS, 0)], steps=[(200 * MS, "send")] * 5)
+@example(beacons=[], steps=[(200 * MS, "plan")] * 5)
+def test_frames_that_are_gathered_are_those_that_come_one_by_one(
+    beacons: list[tuple[int, int]], steps: list[tuple[int, str]]
+) -> None:
+    """A keypad that repeats its heartbeat, alone or among others, and whatever is done."""
+    ear: frozenset[int] = frozenset()
+    assert played(ear, beacons, steps, together) == played(ear, beacons, steps, singly)

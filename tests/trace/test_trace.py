@@ -137,22 +137,23 @@ def test_every_kind_of_frame_survives_packing(frame: Frame, *, own: bool) -> Non
     trace = Trace()
     trace.see(Sighting(frame, 1_000, 20, own))
     assert trace.frame(0) == Sighting(frame, 1_000, 20, own)
+    assert trace.is_own(0) == own
 
 
 @pytest.mark.parametrize("own", [False, True])
 def test_a_burst_is_recorded_like_its_frames(*, own: bool) -> None:
-    """Same frames and instants, on paper too, no doubt, and the last one ours if it is."""
+    """Same frames and instants, on paper too, no doubt, and those ours that are."""
     paper = Paper()
     trace = Trace(paper)
     trace.see(Sighting(Frame(1), 5, 3))
     burst = Burst()
+    last = len(FRAMES) - 1
     burst.frames += FRAMES
     burst.instants += range(10, 10 + len(FRAMES))
-    burst.own = own
+    burst.own += [1, last] if own else []
     assert trace.see_all(burst) == 1
-    last = len(FRAMES) - 1
-    seen = [Sighting(f, 10 + n, 0, own and n == last) for n, f in enumerate(FRAMES)]
-    assert list(trace.frames(1)) == seen == list(burst.seen())
+    seen = [Sighting(f, 10 + n, 0, n in burst.own) for n, f in enumerate(FRAMES)]
+    assert list(trace.frames(1)) == seen == burst.sightings()
     assert paper.lines[1:] == seen
 
 
