@@ -53,9 +53,12 @@ class Frames:
             yield fail("KEY-03", text, report.wanted.latest)
         oldest = self._reading.asked_from(report)
         found = False
-        for name, key in self._reading.keys.items():
-            level = report.mask >> key.bit & 1
-            if not self._key_can_be(key, level, oldest, report.wanted.latest):
+        for name, bit in self._rules.keys.items():
+            level, key = report.mask >> bit & 1, self._reading.keys.get(name)
+            if key is None and level:
+                found = True
+                yield self._never_was(name, report, level)
+            elif key and not self._key_can_be(key, level, oldest, report.wanted.latest):
                 found = True
                 yield self._wrong_key(name, key, report, level, entry)
         if not found and not report.mask & ~self._reading.bits:
@@ -67,6 +70,11 @@ class Frames:
         first = bisect_right(key.steps, (earliest, 3)) - 1
         last = bisect_right(key.steps, (latest, 3))
         return any(levels >> level & 1 for _, levels in key.steps[first:last])
+
+    def _never_was(self, name: str, report: Report, level: int) -> Verdict:
+        """A key that a frame shows at a level that it had at no time by then."""
+        shown = "pressed" if level else "released"
+        return fail("KEY-03", f"{name} is shown {shown} but never was", report.wanted.latest)
 
     def _wrong_key(
         self, name: str, key: KeyLevels, report: Report, level: int, entry: int | None
@@ -80,7 +88,7 @@ class Frames:
             if stay.level == level and stay.start.earliest <= at
         ]
         if not stays:
-            return fail("KEY-03", f"{is_shown} but never was", at)
+            return self._never_was(name, report, level)
         index, stay = stays[-1]
         counts_at = key.may_count_at(index) if index else -FOREVER
         if counts_at is not None and at < counts_at:

@@ -106,8 +106,7 @@ class KeyLevels:
         self.steps: list[tuple[int, int]] = [(-FOREVER, 1 << stays[0].level)]
         """From when on which levels are possible: 1 = released, 2 = pressed, 3 = both."""
         self.changes: list[Change] = []
-        if len(stays) > 1 or stays[0].level:  # else it is released all the time
-            self._walk(sorted(self._moves(), key=_order))
+        self._walk(sorted(self._moves(), key=_order))
 
     def may_count_at(self, index: int) -> int | None:
         """From when on a stay may have counted; None = it is certainly too short."""

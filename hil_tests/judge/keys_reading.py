@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterator
 
-from hil_tests.clock import Interval
+from hil_tests.clock import FOREVER, Interval
 from hil_tests.judge.keys_facts import (
     KeyRules,
     KeyTimeline,
@@ -41,6 +41,7 @@ class Reading:
         self.windows: list[Window]
         self.again: list[Interval]
         self.keys: dict[str, KeyLevels]
+        """The keys that were held at any time; the others are released, always."""
         self._instants: list[int]
         self._possible: list[tuple[int, int]]
         if like is not None and timeline.same_stimuli(like._timeline):
@@ -50,27 +51,28 @@ class Reading:
             self.windows, self.again = windows_of(timeline.turns)
             attention = Attention(timeline.turns, self.windows, rules)
             moved = moved_bits(timeline.edges)
+            touched = moved | timeline.edges[0].held
             self.keys = {
                 name: KeyLevels(bit, stays_of(timeline.edges, bit, moved), attention)
                 for name, bit in rules.keys.items()
+                if touched >> bit & 1
             }
-            self._instants, self._possible = self._join()
+            self._instants, self._possible = self._join(self.bits & ~touched)
         self.places = [
             window_of(report.wanted, self.windows, rules.command_ns) for report in self.reports
         ]
         """For each frame the last window in which it can have been asked for."""
 
-    def _join(self) -> tuple[list[int], list[tuple[int, int]]]:
+    def _join(self, untouched: int) -> tuple[list[int], list[tuple[int, int]]]:
         """The possible states of all keys together: masks that can be released, pressed."""
-        instants: list[int] = []
-        possible: list[tuple[int, int]] = []
-        released = pressed = 0
+        released, pressed = untouched, 0
+        instants, possible = [-FOREVER], [(released, pressed)]
         for at, bit, levels in sorted(
             (at, key.bit, levels) for key in self.keys.values() for at, levels in key.steps
         ):
             released = released & ~(1 << bit) | (levels & 1) << bit
             pressed = pressed & ~(1 << bit) | (levels >> 1) << bit
-            if instants and instants[-1] == at:
+            if instants[-1] == at:
                 possible[-1] = (released, pressed)
             else:
                 instants.append(at)

@@ -8,6 +8,7 @@ tables; the grammar keeps what follows sensible: which keys are held, whether th
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 
 from hil_tests.clock import MS
 from hil_tests.scenarios.families import FAMILIES, LONG_SPANS, NOISE, REQUESTS
@@ -22,6 +23,12 @@ STORED_MS = (502, 610)
 OFF_MS = 300
 PAUSE_NS = 150 * MS
 LINGER_NS = 70_000 * MS
+
+
+_step = lru_cache(maxsize=4096)(Step)
+"""Walks take the same steps again and again."""
+
+_FLOOD = [_step(0, "send", frame.removeprefix("send ")) for frame in NOISE]
 
 
 class Teller:
@@ -50,7 +57,7 @@ class Teller:
             self._add(after_ns, "nmt", what)
 
     def _add(self, after_ns: int, verb: str, what: str = "") -> None:
-        self.steps.append(Step(after_ns, verb, what))
+        self.steps.append(_step(after_ns, verb, what))
 
     def _keys(self, after_ns: int, held: int) -> None:
         if held != self._held:
@@ -87,8 +94,7 @@ class Teller:
     def _flood(self, after_ns: int, _: str) -> None:
         """Garbage without a pause."""
         self._add(after_ns, "wait")
-        for frame in NOISE:
-            self._add(0, "send", frame.removeprefix("send "))
+        self.steps += _FLOOD
 
     def _linger(self, after_ns: int, _: str) -> None:
         """Longer than the longest heartbeat and debounce time."""

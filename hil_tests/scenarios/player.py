@@ -109,7 +109,8 @@ class Player:
             last = self._batch[-1][0] if self._batch else self.bench.now()
             self._batch.append((last + step.after_ns, held_by(self._order, words.mask(step.what))))
             return
-        self._flush()
+        if self._batch:
+            self._flush()
         self.bench.wait(step.after_ns)
         self.VERBS[step.verb](self, step.what)
 
@@ -292,7 +293,8 @@ class Player:
         """
         if not self._mode or self.bench.stage.bit_rate != self._device_rate():
             return False
-        if self._mode == "operation" and self.bench.start_mode() != "regular":
+        commands = not frame.can_id and self._mode == "operation"
+        if commands and self.bench.start_mode() != "regular":
             own = self.node_id
             if (cobs.nmt_for(frame, own) or cobs.long_nmt_for(frame, own)) in cobs.RESETS:
                 raise LeftOpen("both commissioning keys are held at a reset (COM-28)")

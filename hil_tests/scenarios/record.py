@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from hil_tests.api import Interval, KeypadBench, Moment, Nmt, Seen, State, cobs
-from hil_tests.clock import FOREVER
+from hil_tests.api import Frame, Interval, KeypadBench, Moment, Nmt, Seen, State, cobs
+from hil_tests.clock import FOREVER, exactly
 from hil_tests.judge.echoes import Echo, Request
 from hil_tests.judge.glow import GlowRules, Watched, shown
 from hil_tests.judge.keys import Edge, Report, Turn
@@ -64,9 +64,13 @@ class Life:
 
     def _read(self, since: tuple[int, int]) -> None:
         wanted = Wanted(self._ids, self._beat_id)  # beats, most of what there is, tell nothing
-        for entry in self._bench.trace.places(*since, wanted):
+        trace = self._bench.trace
+        for entry in trace.places(*since, wanted):
             if isinstance(entry, int):
-                self._frame(self._bench.seen(entry))
+                if trace.is_own(entry):
+                    self._own(*trace.frame(entry)[:2])
+                else:
+                    self._frame(self._bench.seen(entry))
             elif isinstance(entry, Moment):
                 if entry.what == "bitrate":
                     return  # what came while nobody could hear it is not known
@@ -152,9 +156,6 @@ class Life:
     # What was seen.
 
     def _frame(self, seen: Seen) -> None:
-        if seen.own:
-            self._own(seen)
-            return
         take = self._ids.get(seen.frame.can_id)
         if take is not None and not seen.frame.extended and not seen.frame.remote:
             take(self, seen)
@@ -184,15 +185,14 @@ class Life:
 
     # What we sent.
 
-    def _own(self, seen: Seen) -> None:
-        frame = seen.frame
+    def _own(self, frame: Frame, at: int) -> None:
         base = frame.can_id - self._node_id
-        self.requests.append(Request(seen.at, frame))
+        self.requests.append(Request(at, frame))
         if not frame.can_id:
-            self._command(seen)
+            self._command(frame, at)
         elif base in _LED_FRAMES and not frame.extended and not frame.remote:
-            self._written_at, self._wrote_blink = seen.at, base == cobs.LED_BLINK
-            self.lights.append(Write(base == cobs.LED_BLINK, frame.data, self._acts(seen.at)))
+            self._written_at, self._wrote_blink = at, base == cobs.LED_BLINK
+            self.lights.append(Write(base == cobs.LED_BLINK, frame.data, self._acts(at)))
 
     def _acts(self, at: int) -> Chance:
         """Whether a frame at that instant found the device operational when it took effect."""
@@ -202,18 +202,18 @@ class Life:
             return Chance.NO
         return Chance.SURE if len(possible) == 1 else Chance.PERHAPS
 
-    def _command(self, seen: Seen) -> None:
-        command = cobs.nmt_for(seen.frame, self._node_id)
-        perhaps = command or cobs.long_nmt_for(seen.frame, self._node_id)
+    def _command(self, frame: Frame, at: int) -> None:
+        command = cobs.nmt_for(frame, self._node_id)
+        perhaps = command or cobs.long_nmt_for(frame, self._node_id)
         if perhaps is None:
             return
-        self._disturbed(seen.at)
-        self._darkens(perhaps, seen.at, certain=command is not None)
+        self._disturbed(at)
+        self._darkens(perhaps, at, certain=command is not None)
         if command in cobs.RESETS:
-            self._full = command is Nmt.RESET_NODE and self._hears(seen.at)
-            self._start(seen.when, self._limits.command_ns)
+            self._full = command is Nmt.RESET_NODE and self._hears(at)
+            self._start(exactly(at), self._limits.command_ns)
         elif command is not None and self.turns:
-            self.turns.append(Turn(seen.when, operational=command is Nmt.START))
+            self.turns.append(Turn(exactly(at), operational=command is Nmt.START))
 
     def _hears(self, at: int) -> bool:
         """Whether the device was surely not initialising: a command may be lost there."""

@@ -62,6 +62,7 @@ class Loading(NamedTuple):
     frames: tuple[Frame, ...]
 
 
+@lru_cache(_READ)
 def mask(text: str) -> int:
     """Keys as binary digits, the first key on the right."""
     if len(text) > 64:
