@@ -141,25 +141,32 @@ def _channel(name: str) -> str:
 # character devices in an overlay's upper folder; files that were brought out and have gone since
 # are found by the list of all that were. Copying has a low priority, one at a time. The machine
 # may be ended at any moment: what is newest goes first, and a file takes the place of the one
-# before only when it is whole.
+# before only when it is whole. Times of files are compared by the second: what changed in the very
+# second of a copy is copied again. At the end a look at all files finds those that came with an
+# older time (moved, or copied with it): what is as it was when it was brought out stays there.
 _COPY = """#!/bin/busybox sh
 extent=${{1:-all}}
 mkdir /run/copying 2>/dev/null || [ "$extent" = all ] || exit 0
 [ "$extent" = all ] || renice -n 10 -p $$
-touch /run/copied.now
+touch -d "@$(($(date +%s) - 1))" "/run/copied.$$"
 copy() {{
     cd "$1" 2>/dev/null || return
     part="$2/{part}$$"
+    list="/run/list${{2##*/}}"
     find . -type c | while read -r gone; do rm -rf "$2/$gone"; done
     mkdir -p "$part"
-    find . \\( -type d -o -type f -o -type l \\) $newer | tee -a "/run/list${{2##*/}}" |
-        cpio -o -H newc 2>/dev/null | (cd "$part" && cpio -idmu 2>/dev/null)
+    touch "$list"
+    find . \\( -type d -o -type f -o -type l \\) $newer -exec stat -c "%i %s %Y %n" {{}} + \\
+        >"$list.$$"
+    {{ [ "$newer" ] && cat "$list.$$" || sort "$list" "$list" "$list.$$" | uniq -u; }} |
+        cut -d " " -f 4- | cpio -o -H newc 2>/dev/null | (cd "$part" && cpio -idmu 2>/dev/null)
     cd "$part" && find . -type d | while read -r folder; do mkdir -p "$2/$folder"; done
     find . -type l | while read -r link; do rm -f "$2/$link"; done
     find . ! -type d | while read -r whole; do mv -f "$whole" "$2/$whole"; done
+    cat "$list.$$" >>"$list"
     cd "$1" && rm -rf "$part"
     [ "$newer" ] && return
-    sort -u "/run/list${{2##*/}}" | while read -r seen; do
+    cut -d " " -f 4- "$list" | sort -u | while read -r seen; do
         [ -e "$seen" ] || [ -L "$seen" ] || rm -rf "$2/$seen"
     done
 }}
@@ -171,7 +178,7 @@ newer=
 [ -e /run/copied ] && newer="-newer /run/copied"
 every
 [ "$extent" = all ] && [ "$newer" ] && newer= && every
-mv /run/copied.now /run/copied
+mv "/run/copied.$$" /run/copied
 rmdir /run/copying
 """
 

@@ -136,6 +136,36 @@ def test_a_result_is_replaced_as_a_whole(guest_files: Path) -> None:
     assert brought_out(guest_files)["7/results.json"] == "[]"
 
 
+@pytest.mark.skipif(shutil.which("cpio") is None, reason="no cpio program")
+def test_what_is_as_it_was_brought_out_stays_as_it_is(guest_files: Path) -> None:
+    """At the end a file with an old time comes out as well; no other is copied once more."""
+    upper, results = guest_files / "writes/upper/r/7", guest_files / "results0/7"
+    os.utime(upper / "traces/t.pcapng", (10, 10))
+    copy(guest_files, "fresh")
+    first = (results / "traces/t.pcapng").stat().st_ino
+    (upper / "moved").write_text("here")
+    os.utime(upper / "moved", (20, 20))
+
+    copy(guest_files)
+
+    assert (results / "moved").read_text() == "here"
+    assert (results / "traces/t.pcapng").stat().st_ino == first
+
+
+@pytest.mark.skipif(shutil.which("cpio") is None, reason="no cpio program")
+def test_a_file_that_changed_in_the_second_of_a_copy_is_copied_again(guest_files: Path) -> None:
+    """Neither its time, nor its size, nor its place on the disk tells."""
+    changed = guest_files / "writes/upper/r/7/results.json"
+    copy(guest_files, "fresh")
+    at = (guest_files / "run/copied").stat().st_mtime_ns + 1_000_000_000
+    changed.write_text("}")
+    os.utime(changed, ns=(at, at))
+
+    copy(guest_files, "fresh")
+
+    assert brought_out(guest_files)["7/results.json"] == "}"
+
+
 def test_every_channel_is_made() -> None:
     """Each --channel gets its line."""
     script = guest.init_script(job(channels=("vcan0", "can7")), [])
