@@ -66,7 +66,7 @@ class Machine:
         # idles; -rtc makes the date follow. Both work without KVM alone, with one processor. q35
         # and `max` so that any host's programs run, but for `erms`: that invites kernel and C
         # library to copy and clear memory with one instruction that the emulator works off byte
-        # by byte, which took a fifth of all its time.
+        # by byte.
         icount = f"shift={self.shift},sleep=off"
         return [
             "-machine", "q35", "-accel", "tcg", "-cpu", "max,-erms", "-smp", "1",
