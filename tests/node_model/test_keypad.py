@@ -5,9 +5,7 @@ from __future__ import annotations
 import pytest
 
 from node_model.frame import Frame
-from node_model.heartbeat import heartbeat_frame
 from node_model.keypad import Keypad, Parameters, Profile, load
-from node_model.nmt import NmtState
 from node_model.node import MS, Frames, earliest
 
 PROFILE = load()
@@ -177,12 +175,14 @@ class Other(Keypad):
 
 def test_heartbeats_are_repeated_in_regular_operation_alone() -> None:
     """Not without power, not in commissioning, and not by a keypad that is made differently."""
-    beat = heartbeat_frame(1, NmtState.PRE_OPERATIONAL)
     far = 100_000 * MS
-    assert list(powered().repeats(beat, far, MS, 2)) == [1050 * MS, 2050 * MS]
-    assert not Keypad(PROFILE).repeats(beat, far, MS, 2)
-    assert not powered(BOTH).repeats(beat, far, MS, 2)
-    other = Other(PROFILE)
+    pad, other = powered(), Other(PROFILE)
     other.power_on(0)
     other.advance(50 * MS)
+    for each in (pad, other):
+        (beat,) = each.advance(1050 * MS)
     assert not other.repeats(beat, far, MS, 2)
+    assert not Keypad(PROFILE).repeats(beat, far, MS, 2)
+    assert not powered(BOTH).repeats(beat, far, MS, 2)
+    (beat,) = pad.advance(2050 * MS)
+    assert list(pad.repeats(beat, far, MS, 2)) == [3050 * MS, 4050 * MS]
