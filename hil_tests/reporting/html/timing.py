@@ -52,9 +52,10 @@ def periods(tests: Sequence[TestView]) -> list[Series]:
     """Periods of heartbeats, for each pair of limits; those with most values first."""
     found: dict[Ends, Series] = {}
     for test in tests:
-        limits = next(_limits_of_periods(test.checks), None)
-        if test.recording is None or limits is None:
-            continue
+        judged = {*_limits_of_periods(test.checks)}
+        if test.recording is None or len(judged) != 1:
+            continue  # of several periods in one recording nobody says which beat keeps which
+        limits = judged.pop()
         series = found.setdefault(limits, Series("period of the heartbeat", limits))
         series.values += _gaps(test.recording, limits)
         series.tests[test.number] = None

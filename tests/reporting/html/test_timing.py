@@ -22,9 +22,16 @@ JUDGED = VerdictRow(
 )
 
 
-def periods(folder: Path, *entries: Entry) -> list[Series]:
+OF_ANOTHER = VerdictRow(
+    "HB-01", "passed", "heartbeat of node 1: 9 intervals", (20 * MS, 21 * MS), (19 * MS, 22 * MS)
+)
+
+
+def periods(
+    folder: Path, *entries: Entry, rows: tuple[VerdictRow, ...] = (JUDGED,)
+) -> list[Series]:
     """Periods that are read off a recording."""
-    run = make_run(folder, result(1, JUDGED))
+    run = make_run(folder, result(1, *rows))
     with PcapngSink(
         run / "traces" / "t1.pcapng", interface="vcan0", clock="test", flush=False
     ) as sink:
@@ -55,6 +62,14 @@ def test_periods_end_where_something_was_done(tmp_path: Path) -> None:
     entries += [Sighting(Frame(0x701, b"\x04"), 700 * MS), beat(900 * MS), beat(1000 * MS)]
     (series,) = periods(tmp_path / "run", *entries)
     assert len(series.values) == 3 + 1 + 1
+
+
+def test_a_recording_of_several_periods_is_not_held_against_one(tmp_path: Path) -> None:
+    """Two pairs of limits in a test: no beat is drawn; the same pair twice is one."""
+    beats = [beat(n * 100 * MS) for n in range(7)]
+    assert periods(tmp_path / "two", *beats, rows=(JUDGED, OF_ANOTHER)) == []
+    (series,) = periods(tmp_path / "one", *beats, rows=(JUDGED, JUDGED))
+    assert len(series.values) == 6
 
 
 def test_too_few_values_are_not_drawn(tmp_path: Path) -> None:
