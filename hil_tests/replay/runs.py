@@ -89,16 +89,16 @@ def open_runs(paths: Sequence[str]) -> RecordedRun:
     Raises:
         ConfigError: nothing of the kind, or damage; with the remedy.
     """
+    # Resolved, for `reports/latest` will name the replay itself as soon as that begins.
+    given = [Path(path).resolve() for path in paths]
     try:
-        if len(paths) == 1 and _is_run(Path(paths[0])):
-            return _from_folder(Path(paths[0]))
-        return _from_traces([Path(path) for path in paths])
+        return _from_folder(given[0]) if _is_only_run(given) else _from_traces(given)
     except RecordUnreadable as error:
         raise ConfigError(f"--can-replay: {error}") from None
 
 
-def _is_run(path: Path) -> bool:
-    return path.is_dir() or path.name == RESULTS
+def _is_only_run(paths: Sequence[Path]) -> bool:
+    return len(paths) == 1 and (paths[0].is_dir() or paths[0].name == RESULTS)
 
 
 def _load(path: Path) -> TestRecord:

@@ -59,6 +59,16 @@ def told(run: Judged) -> dict[str, dict[str, str]]:
     return {row["test"]: pairs(row) for row in run.results["results"]}
 
 
+def test_the_latest_run_is_the_one_before(pytester: pytest.Pytester) -> None:
+    """`reports/latest` is the run that is replayed; the replay takes the name over."""
+    run = judge(pytester, TESTS)
+    latest = run.folder.parent / "latest"
+    assert latest.resolve() == run.folder.resolve()
+    again = judge(pytester, TESTS, f"--can-replay={latest}")
+    assert told(again) == told(run)
+    assert again.folder.resolve() == latest.resolve() != run.folder.resolve()
+
+
 @pytest.mark.parametrize(
     "mutant",
     ["", "heartbeat-too-slow", "boot-up-missing", "ignores-stop", "heartbeat-shows-old-state"],
