@@ -89,12 +89,16 @@ def open_runs(paths: Sequence[str]) -> RecordedRun:
     Raises:
         ConfigError: nothing of the kind, or damage; with the remedy.
     """
-    # Resolved, for `reports/latest` will name the replay itself as soon as that begins.
-    given = [Path(path).resolve() for path in paths]
+    given = [_fixed(Path(path)) for path in paths]
     try:
         return _from_folder(given[0]) if _is_only_run(given) else _from_traces(given)
     except RecordUnreadable as error:
         raise ConfigError(f"--can-replay: {error}") from None
+
+
+def _fixed(path: Path) -> Path:
+    """Where it leads now: `reports/latest` will name the replay itself as soon as that begins."""
+    return path.resolve() if path.exists() else path
 
 
 def _is_only_run(paths: Sequence[Path]) -> bool:
