@@ -63,9 +63,9 @@ def channel() -> str:
 def device(channel: str, control: str, fault: str, log: Path) -> Iterator[None]:
     """The independent keypad, ready; what it says goes to `log`."""
     running = subprocess.Popen(
-        [sys.executable, str(HERE / "keypad_device.py"), "--interface", "udp_multicast",
+        [sys.executable, "-m", "tests.external.device", "--interface", "udp_multicast",
          "--channel", channel, "--control", control, "--memory", HOME, "--fault", fault],
-        stdout=subprocess.PIPE, text=True,
+        cwd=ROOT, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert running.stdout is not None
     try:
