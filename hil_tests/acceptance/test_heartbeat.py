@@ -83,9 +83,9 @@ def test_shortest_period_at_each_bit_rate(bench: KeypadBench, code: int) -> None
 @pytest.mark.parametrize("code", [1, 2, 3], ids=rate_name)
 @pytest.mark.parametrize("state", RUNNING_STATES, ids=name_of)
 def test_period_of_one_ms(bench: KeypadBench, code: int, state: State) -> None:
-    """A period of 1 ms is kept where the wire carries it, and so is the mean."""
+    """A period of 1 ms is kept where the wire carries it: the mean, over a second."""
     bench.start(bit_rate_code=code, heartbeat_ms=1)
-    judge_row(bench, row(bench, 250, settle_in(bench, state)))
+    judge_row(bench, row(bench, 1000, settle_in(bench, state)))
 
 
 @pytest.mark.requirement("HB-02")
