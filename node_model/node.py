@@ -87,11 +87,6 @@ class Repeating(Node, Protocol):
         """
 
 
-def same_verbs(kind: type, base: type, *verbs: str) -> bool:
-    """Whether a class does these as the class does from which it descends."""
-    return all(getattr(kind, verb) is getattr(base, verb) for verb in verbs)
-
-
 class Panel(Node, Protocol):
     """A node as a host or a virtual bench handles it: keys, LEDs and errors, where it has them."""
 

@@ -10,7 +10,7 @@ from node_model.keypad.commissioning import Commissioning
 from node_model.keypad.operation import Operation
 from node_model.keypad.parameters import SIZE, Parameters
 from node_model.keypad.profile import Profile
-from node_model.node import MS, NOTHING, Frames, refuse_strangers, same_verbs
+from node_model.node import MS, NOTHING, Frames, refuse_strangers
 from node_model.storage import RecordStore
 
 
@@ -47,7 +47,6 @@ class Keypad:
         self._held: frozenset[str] = frozenset()
         self._decide_at: int | None = None
         self._mode: Commissioning | Operation | None = None
-        self._plain = same_verbs(type(self), Keypad, "advance", "deadline")
 
     # What it does.
 
@@ -108,11 +107,10 @@ class Keypad:
         return self._decide_at if mode is None else mode.deadline()
 
     def repeats(self, frame: Frame, until: int, gap_ns: int, most: int) -> Sequence[int]:
-        """Heartbeats; see `Repeating`."""
-        mode = self._mode
-        if isinstance(mode, Operation) and self._plain:
-            return mode.repeats(frame, until, gap_ns, most)
-        return ()
+        """Heartbeats; see `Repeating`. A keypad that is made differently is asked each time."""
+        if type(self) is not Keypad or not isinstance(self._mode, Operation):
+            return ()
+        return self._mode.repeats(frame, until, gap_ns, most)
 
     # How it is seen.
 

@@ -14,7 +14,7 @@ from node_model.keypad.lamps import Lamps
 from node_model.keypad.parameters import DEBOUNCE_STEP_NS, Parameters
 from node_model.keypad.profile import Profile
 from node_model.nmt import NMT_COB_ID, TARGETS, NmtCommand, NmtState, command_for
-from node_model.node import MS, NOTHING, Frames, same_verbs
+from node_model.node import MS, NOTHING, Frames
 
 if TYPE_CHECKING:
     from node_model.keypad.objects import Objects
@@ -60,8 +60,6 @@ class Operation:
         self.keys = self.fresh_keys(mask)
         self.lamps = self.lamps_type(profile, now)
         self.objects: Objects | None = None
-        self._plain = same_verbs(type(self), Operation, *_OF_BEATS)
-        """What it does at a heartbeat is what is written here."""
 
     # Facts that follow from the parameters.
 
@@ -261,19 +259,15 @@ class Operation:
     def repeats(self, frame: Frame, until: int, gap_ns: int, most: int) -> Sequence[int]:
         """Heartbeats, up to the next key to settle; see `Repeating`.
 
-        Not where somebody made it differ: what differs is asked each time.
+        One that is made differently, in whatever, is asked each time.
         """
         beat, settles_at = self.beat, self.keys.due_at
         if (
-            self.boot_at is not None
+            type(self) is not Operation
+            or type(beat) is not HeartbeatProducer
+            or self.boot_at is not None
             or beat.period_ns <= gap_ns
             or frame is not self.beats[self.state][0]
-            or type(beat) is not HeartbeatProducer
-            or not self._plain
         ):
             return ()
         return beat.go_on(until if settles_at is None else min(until, settles_at - 1), most)
-
-
-_OF_BEATS = ("advance", "deadline", "fire", "beat_frames")
-"""What a keypad does at a heartbeat."""
