@@ -19,8 +19,9 @@ _UNITS = {"ns": 1, "us": US, "ms": MS, "s": S, "min": 60 * S, "h": 3600 * S}
 _SPAN = re.compile(r"\s*([0-9]+(?:\.[0-9]+)?)\s*(ns|us|ms|s|min|h)\s*")
 
 
-_tuple = tuple.__new__
-"""What an `Interval` calls, without the call in between: they are made by the ten thousand."""
+named = tuple.__new__
+"""Makes a named tuple of its class and its fields, without the call in between: in half the
+time. For what is made once a frame, for hours of bus time a second."""
 
 
 class Interval(NamedTuple):
@@ -39,7 +40,7 @@ class Interval(NamedTuple):
 
     def since(self, other: Interval) -> Interval:
         """The duration from an instant in `other` to an instant in this one."""
-        return _tuple(Interval, (self.earliest - other.latest, self.latest - other.earliest))
+        return named(Interval, (self.earliest - other.latest, self.latest - other.earliest))
 
     def shifted(self, span_ns: int) -> Interval:
         """The same interval, `span_ns` later."""
@@ -48,7 +49,7 @@ class Interval(NamedTuple):
 
 def exactly(instant: int) -> Interval:
     """An instant that is known to the nanosecond."""
-    return _tuple(Interval, (instant, instant))
+    return named(Interval, (instant, instant))
 
 
 def parse_span(text: str) -> int:

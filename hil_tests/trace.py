@@ -16,7 +16,7 @@ from enum import Enum
 from functools import lru_cache
 from typing import NamedTuple, Protocol
 
-from hil_tests.clock import Interval
+from hil_tests.clock import Interval, named
 from node_model.frame import Frame
 
 _OWN = 1 << 40
@@ -24,10 +24,6 @@ _OWN = 1 << 40
 
 _MOST_DOUBT = (1 << 32) - 1
 """A stamp that is four seconds off or more is kept as that: it decides nothing anyway."""
-
-
-_tuple = tuple.__new__
-"""Makes a named tuple in half the time."""
 
 
 class Sighting(NamedTuple):
@@ -59,7 +55,7 @@ class Moment(NamedTuple):
     @property
     def when(self) -> Interval:
         """The interval in which it took effect."""
-        return _tuple(Interval, (self.began_at, self.ended_at))
+        return named(Interval, (self.began_at, self.ended_at))
 
 
 class Burst:
@@ -91,11 +87,11 @@ class Burst:
     def sightings(self) -> list[Sighting]:
         """Each of them."""
         found = [
-            _tuple(Sighting, (frame, at, 0, False))
+            named(Sighting, (frame, at, 0, False))
             for frame, at in zip(self.frames, self.instants, strict=True)
         ]
         for place in self.own:
-            found[place] = _tuple(Sighting, (self.frames[place], self.instants[place], 0, True))
+            found[place] = named(Sighting, (self.frames[place], self.instants[place], 0, True))
         return found
 
 
@@ -230,7 +226,7 @@ class Trace:
         """The frame with that index (negative ones count from the end)."""
         head = self._head[index]
         frame = _unpacked(head & _OWN - 1, self._body[index])
-        return _tuple(Sighting, (frame, self._at[index], self._doubt[index], head >= _OWN))
+        return named(Sighting, (frame, self._at[index], self._doubt[index], head >= _OWN))
 
     def is_own(self, index: int) -> bool:
         """Whether the tester sent that frame itself."""

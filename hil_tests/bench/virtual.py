@@ -21,7 +21,7 @@ from hil_tests.bench.action import (
     PowerDriver,
 )
 from hil_tests.bus.port import BURST
-from hil_tests.clock import Interval, S, exactly
+from hil_tests.clock import Interval, S, exactly, named
 from hil_tests.trace import Burst, BusEvent, EventKind, Sighting
 from node_model.controller import Controller
 from node_model.devices import Blueprint
@@ -37,9 +37,6 @@ T = TypeVar("T")
 
 PAUSE_NS = 1 * S
 """Between two worlds."""
-
-sighting = tuple.__new__
-"""What `Sighting` calls, without the call in between."""
 
 LOAD_DEPTH = 4
 """Mailboxes of a loading station: enough to never leave a gap."""
@@ -82,7 +79,7 @@ class VirtualPort:
         if found is None:
             return self._error() if world.errors else None
         frame, at, sender, _ = found
-        seen = sighting(Sighting, (frame, at, 0, sender is self.tester))
+        seen = named(Sighting, (frame, at, 0, sender is self.tester))
         if world.errors:
             self._held = seen
             return self._error()

@@ -82,14 +82,14 @@ class SdoListener:
     """
 
     def __init__(self, node_id: int) -> None:
-        self.request_id = SDO_REQUEST + node_id
+        self._request_id = SDO_REQUEST + node_id
         self._answer_id = SDO_ANSWER + node_id
         self._asked: tuple[bytes, int] | None = None
 
     def asked(self, seen: Seen) -> None:
         """A frame of the tester."""
         frame = seen.frame
-        if frame.can_id != self.request_id or frame.extended or len(frame.data) < 8:
+        if frame.can_id != self._request_id or frame.extended or len(frame.data) < 8:
             return
         is_download = frame.data[0] & _COMMAND == _DOWNLOAD
         self._asked = (frame.data, seen.at) if is_download else None

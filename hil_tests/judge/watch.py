@@ -127,25 +127,25 @@ class Watch:
             place += 1
             if first == next_own:
                 next_own = next(owns)
-                asked_at = self.clock.request(frame, at := instants[first], 0, own=True)
-                requests.append(asked_at)
-                self._own(self.clock.seen(frame, at, asked_at, True, index + first))
-                continue
-            if frame is self._beat:
+                requests.append(self.clock.request(frame, instants[first], 0, own=True))
+                self._own(self._seen(burst, requests, first, index, own=True))
+            elif frame is self._beat:
                 while place < next_own and frames[place] is frame:
                     place += 1
                 requests += self.clock.requests(frame, instants[first:place])
                 self._beats(burst, requests, range(first, place), index)
-                continue
-            requests.append(self.clock.request(frame, instants[first], 0, own=False))
-            if self._is_device(frame):
-                self._device(self._seen(burst, requests, first, index))
+            else:
+                requests.append(self.clock.request(frame, instants[first], 0, own=False))
+                if self._is_device(frame):
+                    self._device(self._seen(burst, requests, first, index))
         return requests
 
-    def _seen(self, burst: Burst, requests: Sequence[int], place: int, index: int) -> Seen:
-        """One frame of another station, of a burst that begins at `index`."""
+    def _seen(
+        self, burst: Burst, requests: Sequence[int], place: int, index: int, *, own: bool = False
+    ) -> Seen:
+        """One frame of a burst that begins at `index`."""
         frame, at = burst.frames[place], burst.instants[place]
-        return self.clock.seen(frame, at, requests[place], False, index + place)
+        return self.clock.seen(frame, at, requests[place], own, index + place)
 
     def _beats(self, burst: Burst, requests: Sequence[int], places: range, index: int) -> None:
         """The very beat that was last found right in the present state, at these places."""
@@ -282,7 +282,7 @@ class Watch:
         if frame.can_id == COMMISSION and not frame.extended:
             self._allowed.requested()
         node_id = self.expected.node_id
-        if self._sdo is not None and (frame.can_id == self._sdo.request_id or self._sdo.waits):
+        if self._sdo is not None:
             self._sdo.asked(seen)
             self._await_period(seen)
         if frame.remote and frame.can_id == self._beat_id and not frame.extended:

@@ -109,8 +109,7 @@ class Player:
             last = self._batch[-1][0] if self._batch else self.bench.now()
             self._batch.append((last + step.after_ns, held_by(self._order, words.mask(step.what))))
             return
-        if self._batch:
-            self._flush()
+        self._flush()
         self.bench.wait(step.after_ns)
         self.VERBS[step.verb](self, step.what)
 
