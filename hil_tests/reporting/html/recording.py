@@ -163,29 +163,23 @@ def _walk(data: bytes, recording: Recording) -> None:
     unpack, add_at, add_kind = _BLOCK.unpack_from, recording.at.append, recording.kind.append
     while place < end:
         block, size, interface, at, captured = unpack(data, place)
-        if block == layout.ENHANCED_PACKET and (table := tables[interface]) is not None:
-            # The key ends with the size of its block, so a known one needs no other check.
-            number = table.get(data[place + _PACKET_AT - 8 : place + size])
-            if number is not None:
-                add_at(at)
-                add_kind(number)
-                place += size
-                continue
-        if size < _PACKET_AT or size % 4 or place + size > end:
+        table = tables[interface] if block == layout.ENHANCED_PACKET else None
+        key = data[place + _PACKET_AT - 8 : place + size]
+        number = None if table is None else table.get(key)
+        # A key ends with the size of its block, so a known one needs no other check.
+        if number is None and (size < _PACKET_AT or size % 4 or place + size > end):
             raise _Foreign
-        if block == layout.ENHANCED_PACKET:
-            if table is None:
-                packet = data[place + _PACKET_AT : place + _PACKET_AT + captured]
-                if not packet.startswith(_MARK, len(_PREFIX)):
-                    note = journal.unpack(packet)
-                    assert not isinstance(note, Mark)
-                    recording.notes.append((len(recording.at), note))
-            else:
-                key = data[place + _PACKET_AT - 8 : place + size]
-                number = _new_kind(key, captured, doubts[interface], recording.kinds)
-                table[key] = number
-                add_at(at)
-                add_kind(number)
+        if table is not None:
+            if number is None:
+                number = table[key] = _new_kind(key, captured, doubts[interface], recording.kinds)
+            add_at(at)
+            add_kind(number)
+        elif block == layout.ENHANCED_PACKET:
+            packet = data[place + _PACKET_AT : place + _PACKET_AT + captured]
+            if not packet.startswith(_MARK, len(_PREFIX)):
+                note = journal.unpack(packet)
+                assert not isinstance(note, Mark)
+                recording.notes.append((len(recording.at), note))
         elif block == layout.INTERFACE_DESCRIPTION:
             doubt_ns = _described(data[place + 8 : place + size - 4])
             doubts.append(doubt_ns or 0)
