@@ -111,12 +111,12 @@ class Launcher:
             Unavailable: The machine could not be started, or ended without saying how the command
             did.
         """
-        with self.signals.caught():
+        with self.signals.caught(), self.machine.port("qemu").open("wb") as complaints:
             # A session of its own: Ctrl-C in the terminal reaches the launcher alone, which then
-            # asks the guest.
+            # asks the guest. No buffer: a word that came too late must not wait for the close.
             process = subprocess.Popen(
                 self.machine.command_line(), stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
-                stderr=self.machine.port("qemu").open("wb"), start_new_session=True,
+                stderr=complaints, start_new_session=True, bufsize=0,
             )  # fmt: skip
             try:
                 self.follow(process)
@@ -178,7 +178,6 @@ class Launcher:
         if process.stdin is not None:
             try:
                 process.stdin.write(f"{word}\n".encode())
-                process.stdin.flush()
             except BrokenPipeError:
                 # It ended by itself in this very moment.
                 return

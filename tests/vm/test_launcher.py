@@ -171,6 +171,25 @@ def test_results_are_asked_for_every_few_seconds(rig: Rig) -> None:
     assert process.stdin.getvalue() == b"COPY\n" * 3
 
 
+def test_a_word_to_a_machine_that_listens_no_more_is_lost_and_no_error(tmp_path: Path) -> None:
+    """It ends while the launcher asks for results: the status of the command counts."""
+    qemu, over = tmp_path / "qemu-that-ends", tmp_path / "over"
+    qemu.write_text(
+        f"#!/bin/sh\ncd {tmp_path}\nexec 0<&-\nprintf 'ready\\nexit 7\\n' >status\n"
+        f"until [ -e {over} ]; do :; done\n"
+    )
+    qemu.chmod(0o755)
+    machine = Machine(str(qemu), Path("/k"), 0, "1G", (tmp_path / "results",), tmp_path)
+    clock = FakeClock()
+
+    def ask_and_end(said: str) -> None:
+        assert said.startswith("the guest is ready")
+        clock.later(6)()  # so the results are asked for in this very round
+        over.touch()
+
+    assert Launcher(machine, (), ask_and_end, None, clock).run() == 7
+
+
 def test_results_are_asked_for_before_the_command_is_stopped(rig: Rig) -> None:
     """And while it finishes: the guest may not come to bringing them out by itself."""
     process = rig.follow(
