@@ -89,7 +89,7 @@ def unpack(packet: bytes) -> Note:
         ValueError: it is none; the text says what is wrong with it.
     """
     try:
-        found = json.loads(packet[_payload_at(packet) :])
+        found = json.loads(packet[_payload_at(packet) :].decode())
     except RecursionError:
         raise ValueError("its JSON is nested too deeply") from None
     if not isinstance(found, dict):

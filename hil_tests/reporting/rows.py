@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from hil_tests.reporting.margins import Ends, Margin, margin_of
 
@@ -34,8 +35,7 @@ def known(outcome: str) -> str:
     return outcome
 
 
-@dataclass(frozen=True, slots=True)
-class VerdictRow:
+class VerdictRow(NamedTuple):
     """What one test found out about one requirement.
 
     Args:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from hil_tests.clock import MS, S
 from hil_tests.reporting.html.recording import Recording
@@ -25,8 +25,7 @@ _BIT_TIMES = frozenset(S // rate for rate in _BIT_RATES)
 Ends = tuple[int, int]
 
 
-@dataclass(frozen=True, slots=True)
-class Check:
+class Check(NamedTuple):
     """One verdict of a test.
 
     Args:

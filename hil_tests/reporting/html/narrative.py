@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import islice
+from typing import NamedTuple
 
 from hil_tests.clock import show_span
 from hil_tests.reporting import journal
@@ -24,8 +24,7 @@ BEFORE, AFTER = 22, 4
 """Entries of a window before and after the instant that it is about."""
 
 
-@dataclass(frozen=True, slots=True)
-class Line:
+class Line(NamedTuple):
     """One thing that happened.
 
     Args:

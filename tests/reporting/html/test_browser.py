@@ -195,7 +195,7 @@ def test_dark_and_light_can_be_chosen(shown: Browser) -> None:
 
 def test_hostile_texts_do_nothing(tab: Browser, tmp_path: Path) -> None:
     """Markup in names, texts and recordings runs nothing, loads nothing, says nothing."""
-    bad = replace(failed(), requirement=HOSTILE, what=HOSTILE, text=HOSTILE)
+    bad = failed()._replace(requirement=HOSTILE, what=HOSTILE, text=HOSTILE)
     one = replace(result(1, bad, outcome="failed", text=HOSTILE), test=HOSTILE, title=HOSTILE)
     head = {**HEAD, "command": [HOSTILE], "bench": {"name": HOSTILE, "facilities": [HOSTILE]}}
     page = write_report(make_run(tmp_path / "run", one, head=head), {HOSTILE: [HOSTILE]})

@@ -36,7 +36,7 @@ def test_a_certificate_lies_beside_the_report(tmp_path: Path) -> None:
 @with_extra
 def test_hostile_texts_load_nothing(tmp_path: Path) -> None:
     """Markup and addresses in a run are text on the certificate, too."""
-    bad = replace(failed(), requirement=HOSTILE, what=HOSTILE, text=HOSTILE)
+    bad = failed()._replace(requirement=HOSTILE, what=HOSTILE, text=HOSTILE)
     one = replace(result(1, bad, outcome="failed", text=HOSTILE), test=HOSTILE, title=HOSTILE)
     head = {**HEAD, "command": [HOSTILE], "bench": {"name": HOSTILE, "facilities": [HOSTILE]}}
     run = make_run(tmp_path / "run", one, head=head)

@@ -195,7 +195,7 @@ def test_hostile_texts_are_only_text(tmp_path: Path) -> None:
         "clock": {"text": HOSTILE, "doubt_ns": HOSTILE},
         "requirements": {HOSTILE: dict.fromkeys(("text", "class", "source", "clause"), HOSTILE)},
     }
-    bad = replace(failed(), requirement=HOSTILE, what=HOSTILE, text=HOSTILE)
+    bad = failed()._replace(requirement=HOSTILE, what=HOSTILE, text=HOSTILE)
     facts = {"requirements": (HOSTILE,), "text": HOSTILE, "reproduce": HOSTILE}
     hostile = replace(result(1, bad, outcome="failed", **facts), test=HOSTILE)
     tame = make_run(tmp_path / "tame", result(1, failed(), outcome="failed", text="x"))
