@@ -213,12 +213,13 @@ def _row(row: Any, place: str) -> VerdictRow:
 
 
 def _interval(row: Any, key: str, place: str) -> tuple[int, int] | None:
-    match _pair(row, key, place):
-        case None:
-            return None
-        case int(low), int(high):
-            return low, high
-    raise _Wrong(f"{place}.{key}: both ends are needed")
+    pair = _pair(row, key, place)
+    if pair is None:
+        return None
+    low, high = pair
+    if low is None or high is None:
+        raise _Wrong(f"{place}.{key}: both ends are needed")
+    return low, high
 
 
 _ENDS = (int, type(None))

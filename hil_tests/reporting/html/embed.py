@@ -19,6 +19,7 @@ from bisect import bisect_left, bisect_right
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from operator import sub
 from typing import Any
 
@@ -123,7 +124,7 @@ def pack(test: TestView, recording: Recording, stretches: Sequence[Stretch]) -> 
     head["left"] = _left_out(recording, stretches, test.origin_at)
     text = json.dumps(head, separators=(",", ":")).encode()
     places = array("I", map(numbers.__getitem__, kind))
-    steps = array("q", map(sub, at, [test.origin_at, *at[:-1]])) if at else at
+    steps = array("q", map(sub, at, chain((test.origin_at,), at)))
     body = _planes(steps, _AT_PLANES) + _planes(places, _KIND_PLANES)
     packer = zlib.compressobj(6, zlib.DEFLATED, -15)
     raw = packer.compress(len(text).to_bytes(4, "little") + text + body) + packer.flush()

@@ -10,6 +10,7 @@ from bisect import bisect_right
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from hil_tests.reporting.html.facts import table_of
 from hil_tests.reporting.html.recording import Recording
@@ -65,7 +66,8 @@ def lanes_of(recording: Recording, used: Mapping[int, int]) -> Lanes:
         count[key] += frames
         services = words.setdefault(key, {})
         if len(services) < 2:
-            services[_short(recording.kinds.words(number), frame)] = None
+            nmt = frame.can_id == 0 and not frame.extended
+            services["NMT" if nmt else _short(recording.kinds.words(number))] = None
     chosen = sorted((key for key, _ in count.most_common(MOST_LANES)), key=lambda k: (k < 0, k))
     names = [f"{_identifier(key)}  {' / '.join(words[key])}" for key in chosen]
     of = {key: place for place, key in enumerate(chosen)}
@@ -84,10 +86,9 @@ def _identifier(key: int) -> str:
     return f"{key:03X}" if key >= 0 else f"{~key:08X}"
 
 
-def _short(text: str, frame: Frame) -> str:
+@lru_cache(maxsize=4096)
+def _short(text: str) -> str:
     """The service, without node, value and remarks."""
-    if frame.can_id == 0 and not frame.extended:
-        return "NMT"
     for cut in _CUTS:
         text = text.partition(cut)[0]
     return text[:24]

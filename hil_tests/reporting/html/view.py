@@ -94,7 +94,7 @@ def views_of(folder: Path, results: Results, kind: str) -> list[TestView]:
         results: of the run.
         kind: of the device, see `decode`.
     """
-    kinds = Kinds(lambda frame: decode(frame, None, kind))
+    folder, kinds = folder.resolve(), Kinds(lambda frame: decode(frame, None, kind))
     return [
         _test_view(number, result, folder, kinds)
         for number, result in enumerate(_with_orphans(folder, results), 1)
@@ -132,7 +132,7 @@ def _recording(folder: Path, result: TestResult, kinds: Kinds) -> tuple[Recordin
         return None, ""
     name = result.trace.path
     path = folder / name
-    if not path.resolve().is_relative_to(folder.resolve()):
+    if not path.resolve().is_relative_to(folder):
         return None, f"{name}: not in the folder of this run"
     if not path.is_file():
         return None, f"{name}: the file is not there"
