@@ -13,7 +13,7 @@ from hil_tests.reporting.junit import properties_of
 from hil_tests.run import outcome, terminal
 from hil_tests.run.rows import Ending
 from hil_tests.run.session import BROKEN
-from hil_tests.run.spread import KEY, Courier
+from hil_tests.run.spread import hand_over
 from hil_tests.run.stash import claimed
 
 if TYPE_CHECKING:
@@ -56,6 +56,7 @@ def conclude(
     """Name the outcome of a phase, and store the test's result when it is known."""
     error = call.excinfo.value if call.excinfo else None
     if error is None and report.when != "call":
+        hand_over(report, run.ledger)
         return
     found = _outcome(error, report, run)
     where = f"{report.location[0]}:{(report.location[1] or 0) + 1}"
@@ -65,8 +66,7 @@ def conclude(
     ending = Ending(test, found, call.duration, claimed(item), text, _title(item))
     result = run.store(ending, why)
     trace = result.trace.path if result.trace else ""
-    if isinstance(run.ledger, Courier):
-        setattr(report, f"{KEY}_parcel", run.ledger.parcel())
+    hand_over(report, run.ledger)
     report.nodeproof = found  # type: ignore[attr-defined]
     if report.when != "teardown":
         _properties(item, report, result, run)

@@ -66,6 +66,11 @@ class Courier(Ledger):
         super().add(row, why)
         self._rows.append((row, why))
 
+    @property
+    def waiting(self) -> bool:
+        """There is something that no report has carried yet."""
+        return self._head is not None or bool(self._rows)
+
     def parcel(self) -> dict[str, Any]:
         """What the next report carries: plain data."""
         parcel = {"head": self._head, "lines": self.lines, "rows": self._rows}
@@ -186,6 +191,16 @@ def introduce(run: Run, lines: list[str]) -> None:
     """A worker begins: what people should know of the run."""
     if isinstance(run.ledger, Courier):
         run.ledger.lines = lines
+
+
+def hand_over(report: pytest.TestReport, ledger: Ledger) -> None:
+    """A worker's report of a test's phase goes to the controller, with what waits for it.
+
+    The first one does so before its test begins: from then on there are results, whatever
+    ends the run.
+    """
+    if isinstance(ledger, Courier) and ledger.waiting:
+        setattr(report, f"{KEY}_parcel", ledger.parcel())
 
 
 def report_back(output: dict[str, Any], ledger: Ledger) -> None:

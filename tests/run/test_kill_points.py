@@ -43,9 +43,9 @@ def valid(path: Path) -> int:
     return len(document["results"])
 
 
-def killed_after(folder: Path, results: int, options: Sequence[str]) -> Path:
-    """The folder of a run that was killed when so many results were there."""
-    (folder / "test_device.py").write_text(PREAMBLE + MANY, "utf-8")
+def killed_after(folder: Path, results: int, options: Sequence[str], tests: str = MANY) -> Path:
+    """The folder of a run of `tests` that was killed when so many results were there."""
+    (folder / "test_device.py").write_text(PREAMBLE + tests, "utf-8")
     path = folder / "reports" / "latest" / "results.json"
     with subprocess.Popen(
         command(folder, *options),

@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import subprocess
 from pathlib import Path
 
 import pytest
 
 from hil_tests.reporting.check import check_run
 from hil_tests.reporting.results_reader import load_results
-from tests.run.harness import (
-    PREAMBLE,
-    Judged,
-    command,
-    environment,
-    heeding_interrupts,
-    judge_apart,
-)
+from tests.run.harness import judge_apart
+from tests.run.test_kill_points import MANY, killed_after
 
 pytestmark = pytest.mark.slow
 
@@ -101,44 +92,24 @@ def test_a_worker_that_dies_costs_its_test_alone(tmp_path: Path) -> None:
     assert check_run(run.folder) == []
 
 
-WAITS = """
-import os, signal
+NEVER_ENDS = """
+import signal
 
 @pytest.mark.requirement("NMT-02")
-@pytest.mark.parametrize("number", range(2))
-def test_starts(bench, number):
+def test_waits(bench):
     bench.start()
-
-@pytest.mark.requirement("NMT-02")
-@pytest.mark.parametrize("number", range(2))
-def test_waits(bench, number):
-    with open(os.environ["HERE"], "w") as here:
-        here.write("x")
     signal.pause()
 """
 
 
-def test_a_spread_run_that_is_killed_says_interrupted(tmp_path: Path) -> None:
-    """SIGKILL of the controller leaves what the workers had handed over."""
-    here = tmp_path / "here"
-    os.mkfifo(here)
-    (tmp_path / "test_device.py").write_text(PREAMBLE + WAITS, "utf-8")
-    with (
-        heeding_interrupts(),
-        subprocess.Popen(
-            command(tmp_path, *SPREAD, "--dist=loadscope"),
-            cwd=tmp_path,
-            env=environment(HERE=str(here)),
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        ) as process,
-    ):
-        try:
-            assert set(here.read_text()) == {"x"}
-        finally:
-            process.send_signal(signal.SIGKILL)
-    run = Judged(-9, "", tmp_path / "reports")
-    found = load_results(run.folder / "results.json")
+@pytest.mark.parametrize(("tests", "results"), [(NEVER_ENDS, 0), (MANY, 1), (MANY, 17)])
+def test_a_spread_run_can_be_killed_at_any_moment(
+    tmp_path: Path, tests: str, results: int
+) -> None:
+    """SIGKILL of the controller leaves what it was handed, from the first test on."""
+    run = killed_after(tmp_path, results, SPREAD, tests)
+    found = load_results(run / "results.json")
     assert (found.state, found.finished) == ("interrupted", False)
+    assert len(found.results) >= results
     assert {result.outcome for result in found.results} <= {"passed"}
-    assert check_run(run.folder) == []
+    assert check_run(run) == []
