@@ -213,7 +213,7 @@ def record(sender: Path, count: int, gap_ns: int, folder: Path) -> Recording:
 
 def drain(port: SocketCanPort, trace: Trace, sender: subprocess.Popen[str]) -> None:
     """Record all that comes until the sender has ended."""
-    see, note, receive = trace.see, trace.note, port.next
+    see, note, receive, gather = trace.see, trace.note, port.next, port.gather
     ended = False
     while not ended:
         ended = sender.poll() is not None
@@ -223,6 +223,8 @@ def drain(port: SocketCanPort, trace: Trace, sender: subprocess.Popen[str]) -> N
                 see(item)
             else:
                 note(item)
+            while (columns := gather()) is not None:
+                trace.extend(columns)
 
 
 def walk(content: bytes, events: Sequence[BusEvent], count: int) -> tuple[int, int]:

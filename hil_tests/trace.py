@@ -19,7 +19,7 @@ from typing import NamedTuple, Protocol
 from hil_tests.clock import Interval, named
 from node_model.frame import Frame
 
-_OWN = 1 << 40
+OWN = 1 << 40
 """Set in the packed head of a frame that the tester sent itself."""
 
 _MOST_DOUBT = (1 << 32) - 1
@@ -95,6 +95,27 @@ class Burst:
         return found
 
 
+class Columns(NamedTuple):
+    """Frames one after the other, nothing between, as a trace keeps them.
+
+    Args:
+        heads: `Frame.head` of each; `OWN` is set where the tester sent it itself.
+        bodies: `Frame.body` of each.
+        instants: ns.
+        doubts: ns, below 2**32.
+    """
+
+    heads: array[int]
+    bodies: array[int]
+    instants: array[int]
+    doubts: array[int]
+
+    def sightings(self) -> Iterator[Sighting]:
+        """Each of them."""
+        for head, body, at, doubt_ns in zip(*self, strict=True):
+            yield named(Sighting, (_unpacked(head & OWN - 1, body), at, doubt_ns, head >= OWN))
+
+
 class EventKind(Enum):
     """What a port can tell of the bus besides frames."""
 
@@ -153,6 +174,9 @@ class Sink(Protocol):
     def write(self, entry: Entry | Mark) -> None:
         """Store one entry; after this call a killed process has not lost it."""
 
+    def write_all(self, columns: Columns) -> None:
+        """As `write`, of each frame in these columns."""
+
 
 @lru_cache(maxsize=4096)  # most frames of a trace stand in it many times
 def _unpacked(head: int, body: int) -> Frame:
@@ -189,7 +213,7 @@ class Trace:
         frame, at, doubt_ns, own = sighting
         self._at.append(at)
         self._doubt.append(doubt_ns if doubt_ns < _MOST_DOUBT else _MOST_DOUBT)
-        self._head.append(frame.head | _OWN if own else frame.head)
+        self._head.append(frame.head | OWN if own else frame.head)
         self._body.append(frame.body)
         for sink in self._sinks:
             sink.write(sighting)
@@ -197,17 +221,24 @@ class Trace:
 
     def see_all(self, burst: Burst) -> int:
         """Append the frames of a burst; returns the index of the first."""
-        first = len(self._at)
         frames = burst.frames
-        self._at.extend(burst.instants)
-        self._doubt.frombytes(bytes(self._doubt.itemsize * len(frames)))
-        self._head.extend([frame.head for frame in frames])
-        self._body.extend([frame.body for frame in frames])
+        heads = array("q", [frame.head for frame in frames])
         for place in burst.own:
-            self._head[first + place] |= _OWN
+            heads[place] |= OWN
+        bodies = array("Q", [frame.body for frame in frames])
+        doubts = array("I", bytes(self._doubt.itemsize * len(frames)))
+        return self.extend(Columns(heads, bodies, array("q", burst.instants), doubts))
+
+    def extend(self, columns: Columns) -> int:
+        """Append frames; returns the index of the first."""
+        first = len(self._at)
+        heads, bodies, instants, doubts = columns
+        self._head += heads
+        self._body += bodies
+        self._at += instants
+        self._doubt += doubts
         for sink in self._sinks:
-            for sighting in burst.sightings():
-                sink.write(sighting)
+            sink.write_all(columns)
         return first
 
     def note(self, entry: Moment | BusEvent) -> None:
@@ -225,12 +256,12 @@ class Trace:
     def frame(self, index: int) -> Sighting:
         """The frame with that index (negative ones count from the end)."""
         head = self._head[index]
-        frame = _unpacked(head & _OWN - 1, self._body[index])
-        return named(Sighting, (frame, self._at[index], self._doubt[index], head >= _OWN))
+        frame = _unpacked(head & OWN - 1, self._body[index])
+        return named(Sighting, (frame, self._at[index], self._doubt[index], head >= OWN))
 
     def is_own(self, index: int) -> bool:
         """Whether the tester sent that frame itself."""
-        return self._head[index] >= _OWN
+        return self._head[index] >= OWN
 
     def frames(self, start: int = 0, stop: int | None = None) -> Iterator[Sighting]:
         """The frames from index `start` up to, not including, `stop`."""
@@ -241,19 +272,19 @@ class Trace:
         """The frames of others than the tester from index `start`, each after its index."""
         body = self._body
         for index, head in enumerate(self._head[start:], start):
-            if head < _OWN:
+            if head < OWN:
                 yield index, _unpacked(head, body[index])
 
     def bits(self, start: int = 0, stop: int | None = None) -> int:
         """How many bit times the frames from index `start` up to `stop` took on the wire."""
         many = Counter(zip(self._head[start:stop], self._body[start:stop], strict=True))
         return sum(
-            _unpacked(head & _OWN - 1, body).bits * count for (head, body), count in many.items()
+            _unpacked(head & OWN - 1, body).bits * count for (head, body), count in many.items()
         )
 
     def hears_others(self) -> bool:
         """Whether it holds a frame of another station than the tester."""
-        return any(head < _OWN for head in self._head)
+        return any(head < OWN for head in self._head)
 
     def moments(self) -> Iterator[Moment]:
         """The stimuli, in order."""
@@ -304,7 +335,7 @@ class Trace:
         return [
             index
             for index, head in enumerate(self._head[start:stop], start)
-            if head >= _OWN
+            if head >= OWN
             or (
                 (can_id := head & _IDENTIFIER) in ids
                 and not (can_id == zeros_of and bodies[index])

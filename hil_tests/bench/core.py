@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, TypeVar
 
 from hil_tests.bench import chronicle
 from hil_tests.bench.action import Action
+from hil_tests.bench.bulk import Bulk
 from hil_tests.bench.census import Census
 from hil_tests.bench.facilities import BitRate, Faults, Keys, Leds, Power
 from hil_tests.bench.rates import Rates
 from hil_tests.bench.reading import ReadClock
 from hil_tests.bench.stage import Stage
 from hil_tests.bench.terms import When, interval_of
-from hil_tests.bus.port import FEW, BurstPort
 from hil_tests.clock import FOREVER, MS, Interval, show_span
 from hil_tests.errors import BenchError, FrameNotCarried
 from hil_tests.judge.causal import Lateness, Seen, seen_between
@@ -29,7 +29,7 @@ from hil_tests.judge.expected import Expected
 from hil_tests.judge.timeline import ANY_STATE
 from hil_tests.judge.verdict import Verdict
 from hil_tests.judge.watch import Watch
-from hil_tests.trace import BusEvent, EventKind, Moment, Sighting, Sink, Trace
+from hil_tests.trace import Burst, BusEvent, Columns, EventKind, Moment, Sighting, Sink, Trace
 from node_model.frame import Frame
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ class BenchCore:
         self._order = 0
         self._later: deque[Sighting | BusEvent] = deque()
         """Read, but not yet taken into the trace."""
-        self._bursts = stage.port if isinstance(stage.port, BurstPort) else None
+        self._bulk = Bulk(self, stage.port)
         self._told_at = stage.port.now()
         """The host of a model has told its lateness with frames of before this."""
         self.known_until = self._told_at
@@ -243,36 +243,32 @@ class BenchCore:
 
     # Time.
 
+    @property
+    def planned(self) -> bool:
+        """Something is on the calendar."""
+        return bool(self._calendar)
+
     def wait(self, span_ns: int) -> None:
         """Let time pass; everything that happens on the bus is recorded."""
         self.wait_until(self.now() + span_ns)
 
     def wait_until(self, instant: int) -> None:
         """Let time pass until `instant`."""
-        if self.stage.virtual and not self._later and self._glide(instant):
+        if self.stage.virtual and not self._later and self._bulk.glide(instant):
             return
         while self.pump(instant):
-            pass
+            if not self._later:
+                self._bulk.catch_up()
 
-    def _glide(self, instant: int) -> bool:
-        """Frames by the hundred while nothing is planned; whether `instant` has come so."""
-        calendar, bursts, next_item = self._calendar, self._bursts, self.stage.port.next
-        while not calendar:
-            if bursts is not None:
-                burst = bursts.burst(instant)
-                if len(burst.frames) > FEW:
-                    self._earliest.extend(self.watch.see_all(burst, self.trace.see_all(burst)))
-                elif burst.frames:
-                    for sighting in burst.sightings():
-                        self.take(sighting)
-                if burst.over:
-                    return True
-                if burst.frames:
-                    continue
-            if (item := next_item(instant)) is None:
-                return True
-            self.take(item)
-        return False
+    def take_burst(self, burst: Burst) -> None:
+        """Put the frames of a burst into the trace."""
+        self._earliest.extend(self.watch.see_all(burst, self.trace.see_all(burst)))
+
+    def take_columns(self, columns: Columns) -> None:
+        """Put the frames of columns into the trace."""
+        see = self.watch.see
+        for index, sighting in enumerate(columns.sightings(), self.trace.extend(columns)):
+            self._earliest.append(see(sighting, index).wanted[0])
 
     def at(self, instant: int, action: Callable[[], object]) -> None:
         """Put an action on the calendar: carried out at `instant`, whatever is waited for."""

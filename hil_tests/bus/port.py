@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
-from hil_tests.trace import Burst, BusEvent, Sighting
+from hil_tests.trace import Burst, BusEvent, Columns, Sighting
 from node_model.frame import Frame
 
 BURST = 256
@@ -82,6 +82,14 @@ class ToldPort(Port, Protocol):
 
     def told(self) -> int:
         """The present instant, as it was read then."""
+
+
+@runtime_checkable
+class GatheringPort(Port, Protocol):
+    """A port in real time that can hand out what it had to read in a hurry as it is."""
+
+    def gather(self) -> Columns | None:
+        """Frames that wait in the port, where there are many; None = ask `next`."""
 
 
 @runtime_checkable

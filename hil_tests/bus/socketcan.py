@@ -12,21 +12,26 @@ first, then one DOWN event, then every verb raises `BusUnavailable`.
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import select
 import socket
 import sys
 import time
+from array import array
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import cast
 
 from hil_tests.bus import link, rawcan
+from hil_tests.bus.datagrams import Note
 from hil_tests.bus.errorframes import error_event
 from hil_tests.bus.lock import ChannelLock
+from hil_tests.bus.manyframes import ManyFrames, Packed
 from hil_tests.bus.stamps import Follower, StepWatch, patience_ns
 from hil_tests.clock import MS, US, S, show_span
 from hil_tests.errors import BusUnavailable
-from hil_tests.trace import BusEvent, EventKind, Sighting
+from hil_tests.trace import BusEvent, Columns, EventKind, Sighting
 from node_model.frame import Frame
 
 SIMULATED_DOUBT_NS = 20 * US
@@ -40,6 +45,10 @@ SEND_LIMIT_NS = 1 * S
 _SEND_RETRY_S = 0.0005
 _STEP_CHECK_NS = 100 * MS
 _MOST_CACHED = 4096
+_MANY = 16
+"""After so many frames that were there already they are read by the hundred."""
+_MOST_CALLS = 64
+"""Of a hundred or two each, before what was read is looked at."""
 _GAP_TEXT = "the kernel dropped frames because they were not read in time"
 
 
@@ -68,7 +77,10 @@ class SocketCanPort:
         self.name = f"{channel} (socketcan)"
         self._channel = channel
         self._gone = ""
-        self._ready: deque[Sighting | BusEvent] = deque()
+        self._ready: deque[Sighting | BusEvent | Columns] = deque()
+        self._many = ManyFrames()
+        self._in_a_row = 0
+        """Frames that waited already when they were asked for, one after the other."""
         self._cache: dict[bytes, Frame] = {}
         self._dropped = 0
         self._follower = Follower()
@@ -145,12 +157,15 @@ class SocketCanPort:
         """The next frame or event, at the latest at `until` (see the port's contract)."""
         while True:
             if self._ready:
-                return self._ready.popleft()
+                return self._hand_out()
             if self._gone:
                 self._check_open()
-            found = self._receive()
-            if found is not None:
-                return found
+            if self._receive():
+                self._in_a_row += 1
+                if self._in_a_row >= _MANY:
+                    self._read_many()
+                continue
+            self._in_a_row = 0
             now = time.time_ns()
             if now - self._checked_at > _STEP_CHECK_NS or now < self._checked_at:
                 self._checked_at = now
@@ -162,6 +177,20 @@ class SocketCanPort:
             ready = select.select([self._fd, *also], [], [], wait_ns / S)[0]
             if self._fd not in ready and (ready or now + wait_ns >= until):
                 return None
+
+    def _hand_out(self) -> Sighting | BusEvent:
+        """The first of what was read."""
+        first = self._ready.popleft()
+        if not isinstance(first, Columns):
+            return first
+        self._ready.extendleft(reversed(list(first.sightings())))
+        return self._hand_out()
+
+    def gather(self) -> Columns | None:
+        """See `hil_tests.bus.port.GatheringPort`."""
+        if self._ready and isinstance(self._ready[0], Columns):
+            return cast("Columns", self._ready.popleft())
+        return None
 
     def set_bit_rate(self, bit_rate: int) -> None:
         """Run the controller at `bit_rate` bit/s; a simulated wire has no bit rate."""
@@ -184,18 +213,20 @@ class SocketCanPort:
             self._rate = None
             self._lock.release()
 
-    def _receive(self) -> Sighting | BusEvent | None:
-        """One frame from the socket, without waiting. The hot path: keep it lean.
-
-        Where two things come at once, the second is left in `_ready`.
-        """
+    def _receive(self) -> bool:
+        """Read one datagram, without waiting; whether there was one. The hot path."""
         try:
             raw, notes, flags, _ = self._socket.recvmsg(rawcan.CANFD_MTU, rawcan.ROOM)
         except BlockingIOError:
-            return None
+            return False
         except OSError as error:
-            self._check_open()
-            return self._went_down(error)
+            self._went_down(error)
+            return True
+        self._accept(raw, notes, flags)
+        return True
+
+    def _accept(self, raw: bytes, notes: Iterable[Note], flags: int) -> None:
+        """A datagram, as `socket.recvmsg` gives it."""
         at, doubt_ns, lost = 0, self.doubt_ns, 0
         for _, kind, body in notes:
             if kind == rawcan.SO_TIMESTAMPNS:
@@ -207,17 +238,58 @@ class SocketCanPort:
                 lost = self._newly_lost(int.from_bytes(body, sys.byteorder))
         if not at:
             at = time.time_ns()
+        if lost:
+            self._ready.append(BusEvent(EventKind.GAP, at, _GAP_TEXT, lost))
         frame = self._cache.get(raw)
         own = bool(flags & rawcan.MSG_CONFIRM)
-        found = (
+        self._ready.append(
             self._decode(raw, at, doubt_ns, own)
             if frame is None
             else Sighting(frame, at, doubt_ns, own)
         )
-        if not lost:
-            return found
-        self._ready.append(found)
-        return BusEvent(EventKind.GAP, at, _GAP_TEXT, lost)
+
+    def _read_many(self) -> None:
+        """Take from the kernel all that waits: frames come faster than they are looked at."""
+        for _ in range(_MOST_CALLS):
+            try:
+                if not self._many.receive(self._fd):
+                    return
+            except OSError as error:
+                self._went_down(error)
+                return
+            packed = self._many.packed()
+            if packed is None:
+                for datagram in self._many.datagrams():
+                    self._accept(*datagram)
+            else:
+                self._accept_many(packed)
+
+    def _accept_many(self, packed: Packed) -> None:
+        """Frames up to where the kernel dropped some, and on from there."""
+        instants, doubts = self._stamps(packed)
+        drops = packed.drops
+        start = 0
+        for place, total in enumerate(drops):
+            if total != self._dropped:
+                self._keep(packed, instants, doubts, slice(start, place))
+                lost = self._newly_lost(total)
+                self._ready.append(BusEvent(EventKind.GAP, instants[place], _GAP_TEXT, lost))
+                start = place
+        self._keep(packed, instants, doubts, slice(start, None))
+
+    def _keep(self, packed: Packed, instants: array[int], doubts: array[int], part: slice) -> None:
+        """Some of them wait to be handed out."""
+        columns = Columns(packed.heads[part], packed.bodies[part], instants[part], doubts[part])
+        if columns.heads:
+            self._ready.append(columns)
+
+    def _stamps(self, packed: Packed) -> tuple[array[int], array[int]]:
+        """Instants and doubts; see `_stamp`."""
+        soft, hard = packed.soft, packed.hard
+        if not any(hard):
+            return array("q", soft), array("I", [self.doubt_ns]) * len(soft)
+        pairs = [self._agreed(*both) for both in zip(soft, hard, strict=True)]
+        return array("q", [at for at, _ in pairs]), array("I", [doubt for _, doubt in pairs])
 
     def _decode(self, raw: bytes, at: int, doubt_ns: int, own: bool) -> Sighting | BusEvent:
         """A frame seen for the first time, an error frame or a CAN FD frame."""
@@ -237,8 +309,10 @@ class SocketCanPort:
     def _stamp(self, body: bytes) -> tuple[int, int]:
         """Instant and doubt out of a SCM_TIMESTAMPING note: software, (unused), hardware."""
         seconds, ns, _, _, hard_seconds, hard_ns = rawcan.TIMESPECS.unpack(body)
-        soft = seconds * S + ns
-        hard = hard_seconds * S + hard_ns
+        return self._agreed(seconds * S + ns, hard_seconds * S + hard_ns)
+
+    def _agreed(self, soft: int, hard: int) -> tuple[int, int]:
+        """Instant and doubt by the stamps of kernel and adapter (0 = none), ns."""
         if not hard:
             return soft, self.doubt_ns
         return self._follower.ours(hard, soft or time.time_ns()), HARDWARE_DOUBT_NS
@@ -255,23 +329,18 @@ class SocketCanPort:
             text = f"the host's clock was set by {show_span(step)}; do not do that in a run"
             self._ready.append(BusEvent(EventKind.GAP, now, text))
 
-    def _went_down(self, error: OSError) -> Sighting | BusEvent:
-        """The kernel reports the error before what it still holds: that comes out first."""
+    def _went_down(self, error: OSError) -> None:
+        """The kernel reports the error before what it still holds: that comes out first.
+
+        Raises:
+            BusUnavailable: it had gone away before.
+        """
+        self._check_open()
         self._gone = self._why(error)
-        held: deque[Sighting | BusEvent] = deque()
-        while True:
-            try:
-                found = self._receive()
-            except BusUnavailable:
-                break
-            if found is None:
-                break
-            held.append(found)
-            held.extend(self._ready)
-            self._ready.clear()
-        held.append(BusEvent(EventKind.DOWN, time.time_ns(), self._gone))
-        self._ready = held
-        return held.popleft()
+        with contextlib.suppress(BusUnavailable):
+            while self._receive():
+                pass
+        self._ready.append(BusEvent(EventKind.DOWN, time.time_ns(), self._gone))
 
     def _check_open(self) -> None:
         if self._gone:

@@ -10,7 +10,6 @@ by how much.
 from __future__ import annotations
 
 import errno
-import struct
 from io import FileIO
 from pathlib import Path
 from types import TracebackType
@@ -20,8 +19,9 @@ from hil_tests.errors import BenchError
 from hil_tests.reporting import journal
 from hil_tests.reporting import pcapng_layout as layout
 from hil_tests.reporting.mapped import MappedFile
+from hil_tests.reporting.pcapng_frames import Recipes, direction_of, header_of
 from hil_tests.reporting.pcapng_reader import read_pcapng
-from hil_tests.trace import Entry, Mark, Sighting
+from hil_tests.trace import OWN, Columns, Entry, Mark, Sighting
 
 __all__ = ["PcapngSink", "read_pcapng"]
 
@@ -31,31 +31,6 @@ _MOST_INTERFACES = 16
 
 _NO_DOUBT = 0
 _JOURNAL = 1
-_FIXED_BYTES = 52
-"""An enhanced packet with a SocketCAN header, the direction, and no data."""
-
-
-def _shape(size: int) -> tuple[struct.Struct, int, int]:
-    """Pattern of the block of a frame with `size` data bytes, its length, and the packet's.
-
-    type, length, interface, stamp, captured, original | identifier, length, FD flags,
-    reserved, DLC above 8, data | flags option, end of options, length.
-    """
-    padded = size + -size % 4
-    return struct.Struct(f">IIIqIIIBBBB{padded}sIIII"), _FIXED_BYTES + padded, 8 + size
-
-
-_SHAPES = tuple(_shape(size) for size in range(9))
-_PACKET, _IN, _OUT = layout.ENHANCED_PACKET, layout.INBOUND, layout.OUTBOUND
-_FLAGS_OPTION = layout.EPB_FLAGS << 16 | 4
-
-
-def _identifier(head: int) -> int:
-    """Identifier and flags as SocketCAN has them, from the packed head of a frame."""
-    word = head & 0x1FFF_FFFF
-    if head >> 29 & 1:
-        word |= layout.CAN_EXTENDED
-    return word | layout.CAN_REMOTE if head >> 30 & 1 else word
 
 
 def _open(path: Path, flush: bool) -> MappedFile | FileIO:
@@ -88,7 +63,7 @@ class PcapngSink:
         self.path = path
         self._name = interface
         self._clock = clock
-        self._places = {0: _NO_DOUBT}
+        self._recipes = {0: Recipes(_NO_DOUBT)}
         try:
             self._file = _open(path, flush)
         except OSError as error:
@@ -128,23 +103,33 @@ class PcapngSink:
             self._note(entry)
             return
         frame, at, doubt_ns, own = entry
-        place = self._places.get(doubt_ns)
-        if place is None:
-            place = self._new_place(doubt_ns)
-            if place is None:
-                self._commented(entry)
-                return
-        data = frame.data
-        head = frame.head
-        shape, size, packet = _SHAPES[len(data)]
-        word, dlc = head & 0xFFFF_FFFF, head >> 32
-        block = shape.pack(
-            _PACKET, size, place, at, packet, packet,
-            _identifier(word) if word >> 29 else word,
-            dlc if dlc < 9 else 8, 0, 0, dlc if dlc > 8 else 0, data,
-            _FLAGS_OPTION, _OUT if own else _IN, 0, size,
-        )  # fmt: skip
-        self._put(block)
+        head = frame.head | OWN if own else frame.head
+        recipes = self._of_doubt(doubt_ns)
+        if recipes is None:
+            self._commented(head, entry)
+        else:
+            self._put(recipes[head].block(at, frame.body))
+
+    def write_all(self, columns: Columns) -> None:
+        """As `write`, of each frame in these columns.
+
+        Raises:
+            BenchError: the disk is full, or gone.
+        """
+        heads, bodies, instants, doubts = columns
+        doubt_ns = doubts[0] if doubts else 0
+        recipes = self._of_doubt(doubt_ns)
+        if recipes is None or doubts.count(doubt_ns) < len(doubts):
+            for sighting in columns.sightings():
+                self.write(sighting)
+            return
+        blocks = [
+            pack(start, at, header, body << shift, end)
+            for (pack, start, header, shift, end), at, body in zip(
+                map(recipes.__getitem__, heads), instants, bodies, strict=True
+            )
+        ]
+        self._put(b"".join(blocks))
 
     def restart(self) -> None:
         """Begin again: what was written is gone, as if it had never been.
@@ -152,7 +137,7 @@ class PcapngSink:
         Raises:
             BenchError: the disk is full, or gone.
         """
-        self._places = {0: _NO_DOUBT}
+        self._recipes = {0: Recipes(_NO_DOUBT)}
         try:
             if isinstance(self._file, MappedFile):
                 self._file.rewind()
@@ -190,26 +175,27 @@ class PcapngSink:
         stamp = journal.stamp(note)
         self._put(layout.packet(_JOURNAL, stamp, packet, (layout.COMMENT, comment)))
 
-    def _new_place(self, doubt_ns: int) -> int | None:
-        """An interface for frames of that doubt, while there are few."""
-        place = len(self._places) + 1
+    def _of_doubt(self, doubt_ns: int) -> Recipes | None:
+        """How frames of that doubt are written: it has an interface, while there are few."""
+        if doubt_ns in self._recipes:
+            return self._recipes[doubt_ns]
+        place = len(self._recipes) + 1
         if place > _MOST_INTERFACES:
             return None
         doubt = layout.DOUBT_TEXT.format(doubt_ns)
         link = layout.CAN_SOCKETCAN
         self._put(layout.interface(link, self._name, f"{self._clock}; {doubt}"))
-        self._places[doubt_ns] = place
-        return place
+        return self._recipes.setdefault(doubt_ns, Recipes(place))
 
-    def _commented(self, sighting: Sighting) -> None:
+    def _commented(self, head: int, sighting: Sighting) -> None:
         """A frame of rare doubt."""
-        frame, at, doubt_ns, own = sighting
-        lengths = (min(frame.dlc, 8), 0, 0, frame.dlc if frame.dlc > 8 else 0)
-        body = _identifier(frame.head).to_bytes(4, "big") + bytes(lengths) + frame.data
-        flags = (layout.OUTBOUND if own else layout.INBOUND).to_bytes(4, "big")
+        frame, at, doubt_ns, _ = sighting
+        body = header_of(head) + frame.data
         doubt = layout.DOUBT_TEXT.format(doubt_ns).encode()
-        pairs = (layout.EPB_FLAGS, flags), (layout.COMMENT, doubt)
-        self._put(layout.packet(_NO_DOUBT, at, body, *pairs))
+        flags = direction_of(head).to_bytes(4, "big")
+        self._put(
+            layout.packet(_NO_DOUBT, at, body, (layout.EPB_FLAGS, flags), (layout.COMMENT, doubt))
+        )
 
     def _put(self, block: bytes) -> None:
         try:

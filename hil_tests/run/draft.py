@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from hil_tests.reporting.pcapng import PcapngSink
-from hil_tests.trace import Entry, Mark, Moment
+from hil_tests.trace import Columns, Entry, Mark, Moment
 
 
 class Draft:
@@ -30,6 +30,14 @@ class Draft:
             self.sink.restart()
             entry = self._dress(entry)
         self.sink.write(entry)
+
+    def write_all(self, columns: Columns) -> None:
+        """Store many frames.
+
+        Raises:
+            BenchError: the disk is full, or gone.
+        """
+        self.sink.write_all(columns)
 
     def drop(self) -> None:
         """No example is worth keeping.

@@ -11,7 +11,7 @@ from hil_tests.bench.terms import interval_of
 from hil_tests.clock import MS, Interval, S, exactly
 from hil_tests.errors import BenchError, BusUnavailable
 from hil_tests.judge.causal import Seen
-from hil_tests.trace import BusEvent, EventKind, Mark, Moment, Sighting
+from hil_tests.trace import BusEvent, Columns, EventKind, Mark, Moment, Sighting
 from node_model.frame import Frame
 from tests.bench.fakes import ECHO_NS, HOME, FakePort, bench_of
 
@@ -33,6 +33,10 @@ class Memory:
             self.readings.append(entry.at)
         else:
             self.entries.append(entry)
+
+    def write_all(self, columns: Columns) -> None:
+        """Keep many frames."""
+        self.entries.extend(columns.sightings())
 
 
 def test_everything_that_happens_while_it_waits_is_recorded() -> None:

@@ -9,7 +9,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hil_tests.clock import Interval
-from hil_tests.trace import Burst, BusEvent, Entry, EventKind, Mark, Moment, Sighting, Trace
+from hil_tests.trace import (
+    Burst,
+    BusEvent,
+    Columns,
+    Entry,
+    EventKind,
+    Mark,
+    Moment,
+    Sighting,
+    Trace,
+)
 from node_model.frame import MAX_BASE_ID, MAX_EXTENDED_ID, Frame
 
 INT64 = (1 << 63) - 1
@@ -68,6 +78,10 @@ class Paper:
     def write(self, entry: Entry | Mark) -> None:
         """Keeps one entry."""
         self.lines.append(entry)
+
+    def write_all(self, columns: Columns) -> None:
+        """Keeps many frames."""
+        self.lines.extend(columns.sightings())
 
 
 def record(trace: Trace, found: list[Entry]) -> None:
