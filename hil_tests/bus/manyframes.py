@@ -118,9 +118,9 @@ class ManyFrames:
         """Stamps of kernel and adapter, and drops; None where one has notes of another kind."""
         kinds = set(self._many.in_notes("i", _KIND_AT).tolist())
         kind = kinds.pop()
-        if kinds or kind not in _STAMP_ROOM:
+        room = _STAMP_ROOM.get(kind, size + 1)
+        if kinds or size < room:
             return None
-        room = _STAMP_ROOM[kind]
         drops = self._drops(room) if size > room else []
         if drops is None:
             return None

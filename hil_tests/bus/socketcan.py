@@ -59,6 +59,7 @@ class SocketCanPort:
         channel: name of the interface, e.g. "can0".
         bit_rate: rate in bit/s to run a real interface at; None = as it is.
         make_socket: makes the raw socket; for tests.
+        many: reads frames by the hundred; for tests.
 
     Raises:
         BusUnavailable: no such interface, it is down, in use, or no AF_CAN here.
@@ -73,12 +74,13 @@ class SocketCanPort:
         channel: str,
         bit_rate: int | None = None,
         make_socket: Callable[[], socket.socket] = rawcan.raw_socket,
+        many: ManyFrames | None = None,
     ) -> None:
         self.name = f"{channel} (socketcan)"
         self._channel = channel
         self._gone = ""
         self._ready: deque[Sighting | BusEvent | Columns] = deque()
-        self._many = ManyFrames()
+        self._many = many or ManyFrames()
         self._in_a_row = 0
         """Frames that waited already when they were asked for, one after the other."""
         self._cache: dict[bytes, Frame] = {}
@@ -266,7 +268,7 @@ class SocketCanPort:
 
     def _accept_many(self, packed: Packed) -> None:
         """Frames up to where the kernel dropped some, and on from there."""
-        instants, doubts = self._stamps(packed)
+        instants, doubts = self._stamp_all(packed)
         drops = packed.drops
         start = 0
         for place, total in enumerate(drops):
@@ -283,7 +285,7 @@ class SocketCanPort:
         if columns.heads:
             self._ready.append(columns)
 
-    def _stamps(self, packed: Packed) -> tuple[array[int], array[int]]:
+    def _stamp_all(self, packed: Packed) -> tuple[array[int], array[int]]:
         """Instants and doubts; see `_stamp`."""
         soft, hard = packed.soft, packed.hard
         if not any(hard):

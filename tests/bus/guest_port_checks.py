@@ -9,7 +9,7 @@ import struct
 import time
 from collections.abc import Callable
 
-from hil_tests.bus import link
+from hil_tests.bus import link, rawcan
 from hil_tests.bus.choose import open_port
 from hil_tests.clock import MS, S
 from hil_tests.errors import BusUnavailable
@@ -118,6 +118,66 @@ def check_nothing_is_lost_by_default() -> str:
             count += 1
         assert count == sent, count
     return f"read in {(time.time_ns() - began) / sent / 1000:.1f} us a frame"
+
+
+def check_a_flood_is_recorded_as_it_came() -> str:
+    """Frames of every shape by the hundred, our own, and what is no frame, all in their place."""
+    frames = [
+        Frame(0x7FF, b"12345678"),
+        Frame(0x1FFFFFFF, b"123", extended=True),
+        Frame(0x701, remote=True, dlc=1),
+        Frame(0x123, bytes(8), dlc=12),
+        Frame(0),
+    ]
+    count = 4000
+    with port() as opened, stranger() as other:
+        for number in range(count):
+            if number % 7 == 0:
+                opened.send(frames[number % 5])
+            else:
+                other.send(rawcan.pack(frames[number % 5]))
+            if number == count // 2:
+                other.send(classical(0x20000004, b"\0\1" + bytes(6)))
+        found: list[Sighting | BusEvent] = []
+        at_once = 0
+        while (item := opened.next(0)) is not None:
+            found.append(item)
+            while (columns := opened.gather()) is not None:
+                found.extend(columns.sightings())
+                at_once += len(columns.heads)
+    event = found.pop(count // 2 + 1)
+    assert isinstance(event, BusEvent), event
+    assert event.kind is EventKind.OVERFLOW, event
+    seen = [item for item in found if isinstance(item, Sighting)]
+    assert [(item.frame, item.own) for item in seen] == [
+        (frames[number % 5], number % 7 == 0) for number in range(count)
+    ]
+    stamps = [item.at for item in seen]
+    assert stamps == sorted(stamps)
+    assert {item.doubt_ns for item in seen} == {opened.doubt_ns}
+    assert at_once > count * 0.8, at_once
+    return f"{at_once} of {count} by the hundred"
+
+
+def check_losses_of_a_flood_are_told_in_their_places() -> str:
+    """Numbered frames at a queue that holds few: each jump of the numbers is told, exactly."""
+    with port() as opened, stranger() as other:
+        opened._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 100_000)
+        expected = lost = gaps = 0
+        for first in range(0, 20_000, 1000):
+            for number in range(first, first + 1000):
+                other.send(classical(0x100, struct.pack("<I", number)))
+            while (item := opened.next(0)) is not None:
+                if isinstance(item, BusEvent):
+                    assert item.kind is EventKind.GAP, item
+                    lost, gaps = lost + item.lost, gaps + 1
+                    expected += item.lost
+                    continue
+                assert item.frame.data == struct.pack("<I", expected), (item, expected)
+                expected += 1
+        assert gaps > 3, gaps
+        assert 1000 < lost < 19_000, lost
+    return f"{lost} of 20000 lost, told in {gaps} places"
 
 
 def check_channel_is_locked() -> str:

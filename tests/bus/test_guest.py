@@ -30,4 +30,4 @@ def test_everything_holds_on_a_real_vcan() -> None:
 
     assert done.returncode == 0, done.stdout + done.stderr
     assert "FAIL" not in done.stdout
-    assert done.stdout.count("ok   check_") == 12
+    assert done.stdout.count("ok   check_") == 14

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import textwrap
+from array import array
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,7 @@ from hil_tests.errors import BenchError
 from hil_tests.reporting import pcapng_layout as layout
 from hil_tests.reporting.files import RecordUnreadable
 from hil_tests.reporting.pcapng import PcapngSink, read_pcapng
-from hil_tests.trace import BusEvent, Entry, EventKind, Mark, Moment, Sighting, Trace
+from hil_tests.trace import OWN, BusEvent, Columns, Entry, EventKind, Mark, Moment, Sighting, Trace
 from node_model.frame import MAX_BASE_ID, MAX_EXTENDED_ID, Frame
 
 INT64 = (1 << 63) - 1
@@ -90,6 +91,44 @@ def test_more_doubts_than_interfaces_come_back_too(tmp_path: Path) -> None:
     """Frames of rare doubt carry it in a comment."""
     entries = [Sighting(Frame(0x705, b"\x05"), i, i * 1000, i % 2 == 0) for i in range(40)]
     assert list(read_pcapng(record(tmp_path / "t.pcapng", *entries))) == entries
+
+
+def columns_of(sightings: list[Sighting]) -> Columns:
+    """The same as columns."""
+    return Columns(
+        array("q", [seen.frame.head | (OWN if seen.own else 0) for seen in sightings]),
+        array("Q", [seen.frame.body for seen in sightings]),
+        array("q", [seen.at for seen in sightings]),
+        array("I", [seen.doubt_ns for seen in sightings]),
+    )
+
+
+@given(
+    seen=st.lists(sightings(), max_size=8), doubts=st.lists(st.integers(0, 2**32 - 1), min_size=1)
+)
+@settings(max_examples=40)
+def test_columns_are_written_as_their_frames_are(
+    seen: list[Sighting], doubts: list[int], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """Byte by byte the same, whether their doubts are, and before and after single ones."""
+    seen = [each._replace(doubt_ns=doubts[n % len(doubts)]) for n, each in enumerate(seen)]
+    folder = tmp_path_factory.getbasetemp()
+    path = folder / "columns.pcapng"
+    with PcapngSink(path, interface="vcan0", clock="virtual time", flush=False) as sink:
+        for part in (seen[:1], seen[1:], seen[:1]):
+            sink.write_all(columns_of(part))
+    singles = record(folder / "singles.pcapng", *seen, *seen[:1])
+    assert path.read_bytes() == singles.read_bytes()
+
+
+def test_columns_of_more_doubts_than_interfaces_come_back_too(tmp_path: Path) -> None:
+    """A doubt for which there is no interface any more is told in comments."""
+    path = tmp_path / "t.pcapng"
+    seen = [[Sighting(Frame(1), i * 10 + n, i * 1000) for n in range(3)] for i in range(40)]
+    with PcapngSink(path, interface="vcan0", clock="virtual time", flush=True) as sink:
+        for part in seen:
+            sink.write_all(columns_of(part))
+    assert list(read_pcapng(path)) == [each for part in seen for each in part]
 
 
 def test_a_verdict_mark_keeps_its_text_and_data(tmp_path: Path) -> None:

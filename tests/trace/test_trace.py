@@ -171,6 +171,20 @@ def test_a_burst_is_recorded_like_its_frames(*, own: bool) -> None:
     assert paper.lines[1:] == seen
 
 
+def test_columns_are_recorded_like_their_frames() -> None:
+    """Those of another trace come back as they were, on paper too, after what was there."""
+    paper, other = Paper(), Trace()
+    seen = [Sighting(f, 10 + n, 3 * n, own=n % 2 == 0) for n, f in enumerate(FRAMES)]
+    for each in seen:
+        other.see(each)
+    trace = Trace(paper)
+    trace.see(seen[0])
+    columns = Columns(other._head, other._body, other._at, other._doubt)
+    assert trace.extend(columns) == 1
+    assert list(trace.frames(1)) == seen == list(columns.sightings())
+    assert paper.lines[1:] == seen
+
+
 def test_leading_zero_bytes_are_data() -> None:
     """00 00 01 and 01 are different data, and so are no data and 00."""
     trace = Trace()
