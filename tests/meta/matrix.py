@@ -99,7 +99,15 @@ def proofs_of(chosen: argparse.Namespace) -> Iterator[Proof]:
         if data is not None and names:
             yield from_data(data, kind)
         elif names:
-            yield run(collect(f"--can-profile={kind.name}"), names, chosen.workers)
+            say(f"collecting the tests of the {kind.name}")
+            suite = collect(f"--can-profile={kind.name}")
+            say(f"{len(suite.cases)} tests on {len(names)} models; some seconds until the first")
+            yield run(suite, names, chosen.workers)
+
+
+def say(text: str) -> None:
+    """What goes on before there is a line of the table."""
+    print(text, file=sys.stderr, flush=True)  # noqa: T201
 
 
 def keep_latest(path: Path, data: dict[str, Any]) -> None:
