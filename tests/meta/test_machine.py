@@ -220,14 +220,14 @@ MUTANTS = mutants_of("x = 5\ny = a < b\n", "m")
         (SURVIVED, True, True, "1 survive with a reason"),
         (SURVIVED, False, False, "SURVIVES without a reason: m-1"),
         (KILLED, True, False, "STALE reason: m-1"),
-        (UNDECIDED, False, False, "UNDECIDED: m-1"),
-        (UNDECIDED, True, False, "UNDECIDED: m-1"),
+        (UNDECIDED, False, False, "UNDECIDED without a reason: m-1"),
+        (UNDECIDED, True, True, "1 undecided with a reason"),
     ],
 )
 def test_the_tool_fails_on_what_nobody_explained(
     outcome: str, reason: bool, good: bool, told: str
 ) -> None:
-    """Survivors without a reason, reasons without a survivor, and doubts make it fail."""
+    """Survivors and doubts without a reason make it fail, and reasons without any of these."""
     reasons = {MUTANTS[0].key: "why not"} if reason else {}
     verdict = judge([(MUTANTS[0], Result(outcome))], reasons, MUTANTS)
     assert verdict.good is good

@@ -138,7 +138,7 @@ class Verdict:
         """For the end of the table."""
         return [
             *(f"SURVIVES without a reason: {each}" for each in self.survivors),
-            *(f"UNDECIDED: {each}" for each in self.undecided),
+            *(f"UNDECIDED without a reason: {each}" for each in self.undecided),
             *(f"STALE reason: {each}" for each in self.stale),
             ", ".join(f"{count} {what}" for what, count in self.counts.items()),
         ]
@@ -166,10 +166,9 @@ def judge(
         found = result.outcome in {KILLED, HUNG}
         if found and mutant.key in reasons:
             verdict.stale.append(f"{text} is {result.outcome} by {result.test}")
-        elif result.outcome == UNDECIDED:
-            verdict.undecided.append(text)
-        elif result.outcome == SURVIVED and mutant.key not in reasons:
-            verdict.survivors.append(text)
+        elif not found and mutant.key not in reasons:
+            unexplained = {UNDECIDED: verdict.undecided, SURVIVED: verdict.survivors}
+            unexplained[result.outcome].append(text)
         verdict.counts[_heading(result, explained=mutant.key in reasons)] += 1
     return verdict
 
@@ -177,6 +176,8 @@ def judge(
 def _heading(result: Result, *, explained: bool) -> str:
     if result.outcome == SURVIVED:
         return "survive with a reason" if explained else "survive without"
+    if result.outcome == UNDECIDED and explained:
+        return "undecided with a reason"
     if result.outcome != KILLED or not result.crash:
         return result.outcome
     return (
