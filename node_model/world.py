@@ -14,121 +14,28 @@ may take back what still waits.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from heapq import heapify, heappop, heappush, heapreplace
+from bisect import bisect_left
+from collections.abc import Sequence
+from heapq import heappop, heappush, heapreplace
 
-from node_model.controller import DEFAULT_DEPTH, Controller, Gathered, Mailbox, Waiting
-from node_model.frame import INTERMISSION_BITS, Frame
-from node_model.node import Frames, Node
+from node_model.controller import Controller, Gathered, Waiting
+from node_model.frame import Frame
+from node_model.wire import Delivery, Event, Wire
 
 FOREVER = 1 << 62
-ERROR_FRAME_BITS = 20
-"""Six bits error flag, six more by those who answer it, eight bits delimiter."""
 
-Delivery = tuple[Frame, int, Controller, int]
-"""A finished frame: itself, when it ended, who sent it, and when that was asked for."""
-
-Event = tuple[int, int, int, "Controller | None", "Callable[[int], None] | None"]
-"""When, rank at that instant, order of planning; a controller's deadline, or a stimulus."""
+_CROWD = 6
+"""From so many on it is worth while to look whether they can be served all at once: devices
+that are due at one instant, frames that wait."""
 
 
-class World:
+class World(Wire):
     """One wire and everything on it.
 
     Args:
         bit_rate: of the wire in bit/s; a divisor of 1 000 000 000.
         now: the instant at which it begins.
     """
-
-    def __init__(self, bit_rate: int = 125_000, now: int = 0) -> None:
-        self.now = now
-        self.bit_rate = bit_rate
-        self.bit_ns = 1_000_000_000 // bit_rate
-        self._pause_ns = INTERMISSION_BITS * self.bit_ns
-        self.controllers: list[Controller] = []
-        self._events: list[Event] = []
-        self._order = 0
-        self._routes: dict[int, tuple[Controller, ...]] = {}
-        self._audience = 0
-        self._contest: list[Waiting] = []
-        """Heap of the frames that take part in the next arbitration."""
-        self._flying: Waiting | None = None
-        self._ends_at = 0
-        self._idle_from = now
-        self.errors: list[int] = []
-        """When error frames began that a tester has not taken note of yet."""
-
-    # Who is there.
-
-    def attach(
-        self,
-        node: Node | None = None,
-        mailbox: Mailbox = Mailbox.FIFO,
-        depth: int = DEFAULT_DEPTH,
-    ) -> Controller:
-        """Put a node, or with None a tester, on the wire.
-
-        Args:
-            node: told the time and the frames from now on.
-            mailbox: order of its waiting frames.
-            depth: how many frames may wait; further ones are lost.
-        """
-        controller = Controller(node, mailbox, depth)
-        self.controllers.append(controller)
-        if node is None:
-            controller.rate = self.bit_rate
-            self._count()
-        else:
-            self._settle(controller)
-        return controller
-
-    def set_bit_rate(self, bit_rate: int) -> None:
-        """The wire, and every tester on it, runs at `bit_rate` bit/s from now on."""
-        if bit_rate == self.bit_rate:
-            return
-        self._abort()
-        self.bit_rate = bit_rate
-        self.bit_ns = 1_000_000_000 // bit_rate
-        self._pause_ns = INTERMISSION_BITS * self.bit_ns
-        for controller in self.controllers:
-            if controller.node is None:
-                controller.rate = bit_rate
-            self._drop_if_deaf(controller)
-        self._count()
-
-    # What is done to it.
-
-    def send(self, controller: Controller, frame: Frame) -> None:
-        """Queue a frame for a controller."""
-        self._queue(controller, (frame,))
-
-    def act(self, controller: Controller, verb: Callable[[int], Frames]) -> None:
-        """Tell a node something (its power, its keys) at this instant."""
-        self._queue(controller, verb(self.now))
-        self._settle(controller)
-
-    def at(self, instant: int, action: Callable[[int], None]) -> None:
-        """Put a stimulus on the calendar; it is called with its instant."""
-        self._order += 1
-        heappush(self._events, (max(instant, self.now), 1, self._order, None, action))
-
-    def jam(self) -> None:
-        """An error frame destroys what is on the wire now; its sender tries again.
-
-        It takes an active error flag, its echo and the delimiter (ISO 11898-1, error frame),
-        then the intermission.
-        """
-        self.errors.append(self.now)
-        flying = self._flying
-        if flying is not None:
-            sender = flying[4]
-            self._contest = [entry for entry in self._contest if entry[4] is not sender]
-            sender.waiting.appendleft(flying)
-            self._contest += sender.waiting if sender.by_identifier else [flying]
-            heapify(self._contest)
-            self._flying = None
-        busy_bits = ERROR_FRAME_BITS + INTERMISSION_BITS
-        self._idle_from = max(self._idle_from, self.now + busy_bits * self.bit_ns)
 
     # How time passes.
 
@@ -195,6 +102,8 @@ class World:
                 ends = self._repeated(sender, frame, until, most - len(frames))
                 frames += [frame] * len(ends)
                 instants += ends
+            elif len(self._contest) > _CROWD:
+                self._drain(until, most - len(frames), heard, own)
             if len(frames) >= most:
                 return False
         return True
@@ -244,18 +153,78 @@ class World:
                     return frames[0], ends_at, target, at
             self.now = at
             self._queue(target, frames)
+            if len(events) > _CROWD and events[_CROWD][0] == at:
+                self._crowd(at)
         return None
 
-    def _gets_used_to(self, sender: Controller, frame: Frame) -> bool:
-        """Keep a frame in mind that would go over the wire and be heard by no node."""
-        if sender.rate != self.bit_rate or self._audience < 2:
-            return False
-        key = -1 if frame.extended else frame.can_id
-        route = self._routes.get(key)
-        if self._route(key) if route is None else route:
-            return False
-        sender.usual, sender.usual_ns = frame, frame.bits * self.bit_ns
-        return True
+    def _crowd(self, at: int) -> None:
+        """As `_event` for all devices that are due now, after one that has a frame waiting.
+
+        Nothing can happen between them: no frame starts or ends, and stimuli come later.
+        """
+        events, contest, rate, order = self._events, self._contest, self.bit_rate, self._order
+        events.sort()
+        count = bisect_left(events, (at, 1, 0, None, None))
+        planned: list[Event] = []
+        for _, _, _, target, _ in events[:count]:
+            node = target.node if target is not None and target.due_at == at else None
+            if target is None or node is None:
+                continue
+            frames = node.advance(at)
+            due = target.due_at = node.deadline()
+            order += 1
+            if due is not None:
+                planned.append((due, 0, order, target, None))
+            same = node.bit_rate == target.rate and node.listens_to is target.listens_to
+            waiting, alone = target.waiting, same and len(frames) == 1
+            if alone and target.rate == rate and 0 == len(waiting) < target.depth:
+                order += 1
+                entry = (frames[0].order, order, frames[0], at, target)
+                heappush(contest, entry)
+                waiting.append(entry)
+            elif frames or not same:
+                self._order = order
+                self._queue(target, frames)
+                if not same:
+                    self._retune(target, node)
+                contest, order = self._contest, self._order
+        self._order = order
+        events[:count] = planned
+        events.sort()
+
+    def _drain(self, until: int, most: int, heard: Gathered, own: Controller) -> None:
+        """Add the frames that go out one after the other, before anything else happens.
+
+        Whoever sends them stands by what was asked for, and no node hears them.
+        """
+        contest, routes = self._contest, self._routes
+        bit_ns, pause_ns = self.bit_ns, self._pause_ns
+        limit = min(self._events[0][0] - 1, until) if self._events else until
+        frames, instants, start = heard.frames, heard.instants, self._idle_from
+        while contest and most > 0:
+            best = contest[0]
+            _, _, frame, _, sender = best
+            ends_at = start + (frame.known_bits or frame.bits) * bit_ns
+            if ends_at > limit or sender.withdraws is not None:
+                break
+            # A route that is known has been gone since somebody acknowledges.
+            if routes.get(-1 if frame.extended else frame.can_id) != ():
+                break
+            most -= 1
+            heappop(contest)
+            waiting = sender.waiting
+            if waiting[0] is best:
+                waiting.popleft()
+            else:
+                waiting.remove(best)
+            if waiting and not sender.by_identifier:
+                heappush(contest, waiting[0])
+            if sender is own:
+                heard.own.append(len(frames))
+            frames.append(frame)
+            instants.append(ends_at)
+            self.now, start = ends_at, ends_at + pause_ns
+        self._idle_from = start
 
     def _repeated(self, sender: Controller, frame: Frame, until: int, most: int) -> Sequence[int]:
         """When the same frame ends that the sender repeats, alone on an idle wire.
@@ -277,119 +246,3 @@ class World:
         self._idle_from = self.now + self._pause_ns
         self._settle(sender)
         return [at + sender.usual_ns for at in asked]
-
-    def _push(self, at: int, controller: Controller) -> None:
-        self._order += 1
-        heappush(self._events, (at, 0, self._order, controller, None))
-
-    def _queue(self, controller: Controller, frames: Frames) -> None:
-        """A node asks for frames to be sent."""
-        node = controller.node
-        rate = self.bit_rate if node is None else node.bit_rate
-        waiting = controller.waiting
-        for frame in frames:
-            if rate != self.bit_rate or len(waiting) >= controller.depth:
-                controller.lost += 1
-                continue
-            self._order += 1
-            entry = (frame.order, self._order, frame, self.now, controller)
-            if not waiting or controller.by_identifier:
-                heappush(self._contest, entry)
-            waiting.append(entry)
-
-    def _settle(self, controller: Controller) -> None:
-        """A node was told something: its outputs may have changed."""
-        node = controller.node
-        if node is None:
-            return
-        if node.bit_rate != controller.rate or node.listens_to is not controller.listens_to:
-            self._retune(controller, node)
-        due = node.deadline()
-        if due != controller.due_at:
-            controller.due_at = due
-            if due is not None:
-                self._push(due, controller)
-
-    def _retune(self, controller: Controller, node: Node) -> None:
-        """A controller changed its bit rate or its acceptance filter."""
-        controller.rate = node.bit_rate
-        controller.listens_to = node.listens_to
-        flying = self._flying
-        if flying is not None and flying[4] is controller and controller.rate != self.bit_rate:
-            self._abort()
-        self._drop_if_deaf(controller)
-        self._count()
-
-    def _drop_if_deaf(self, controller: Controller) -> None:
-        """Off the wire's bit rate nothing can be sent: what waited is lost."""
-        if controller.rate != self.bit_rate and controller.waiting:
-            controller.lost += len(controller.waiting)
-            controller.waiting.clear()
-            self._contest = [entry for entry in self._contest if entry[4] is not controller]
-            heapify(self._contest)
-
-    def _count(self) -> None:
-        """Who hears and acknowledges has changed."""
-        rate, audience = self.bit_rate, 0
-        self._routes.clear()
-        for controller in self.controllers:
-            controller.usual = None
-            audience += controller.rate == rate
-        self._audience = audience
-
-    def _abort(self) -> None:
-        """The frame on the wire is cut off in the middle, which everybody sees as an error."""
-        if self._flying is not None:
-            self.errors.append(self.now)
-            self._flying[4].lost += 1
-            self._flying = None
-            self._idle_from = self.now + self._pause_ns
-
-    def _start(self, at: int) -> Waiting | None:
-        """The wire is idle and somebody wants it: the lowest identifier wins.
-
-        Returns:
-            Its frame, or None where the sender takes it back.
-        """
-        best = heappop(self._contest)
-        sender = best[4]
-        waiting = sender.waiting
-        if waiting[0] is best:
-            waiting.popleft()
-        else:
-            waiting.remove(best)
-        if waiting and not sender.by_identifier:
-            heappush(self._contest, waiting[0])
-        if sender.withdraws is not None and sender.withdraws(best[2], best[3], at):
-            return None
-        self.now = at
-        self._flying = best
-        self._ends_at = at + (best[2].known_bits or best[2].bits) * self.bit_ns
-        return best
-
-    def _finish(self, flying: Waiting) -> Delivery:
-        """The frame on the wire has ended: everybody at this rate has it."""
-        _, _, frame, requested_at, sender = flying
-        self._flying = None
-        self.now = at = self._ends_at
-        self._idle_from = at + self._pause_ns
-        key = -1 if frame.extended else frame.can_id
-        route = self._routes.get(key)
-        for listener in self._route(key) if route is None else route:
-            node = listener.node
-            if listener is not sender and node is not None:
-                frames = node.receive(frame, at)
-                if frames:
-                    self._queue(listener, frames)
-                self._settle(listener)
-        return frame, at, sender, requested_at
-
-    def _route(self, key: int) -> tuple[Controller, ...]:
-        """The stations whose acceptance filter lets this identifier through; -1 = extended."""
-        rate = self.bit_rate
-        route = [
-            c
-            for c in self.controllers
-            if c.rate == rate and (c.listens_to is None or key in c.listens_to)
-        ]
-        return self._routes.setdefault(key, tuple(route))

@@ -179,6 +179,35 @@ class CausalClock:
         self._last_end = at
         return earliest
 
+    def others(self, frames: list[Frame], instants: list[int]) -> list[int]:
+        """As `request`, for one frame after the other that is neither ours nor the device's.
+
+        Args:
+            frames: which.
+            instants: when each of them has ended, without doubt.
+        """
+        bit_ns, lower, last_end = self.bit_ns, self._lower, self._last_end
+        if not bit_ns:
+            return instants
+        found: list[int] = []
+        for frame, at in zip(frames, instants, strict=True):
+            start = at - (frame.known_bits or frame.bits) * bit_ns
+            earliest = start - bit_ns
+            if earliest > last_end + self._pause_ns:
+                self._chain_from, self._first = earliest, frame
+            else:
+                if self._first is not None:
+                    self._begin(self._first)
+                order = frame.order
+                while lower and lower[-1][0] <= order:
+                    lower.pop()
+                earliest = lower[-1][1] if lower else self._chain_from
+                lower.append((order, start, start))
+            found.append(earliest)
+            last_end = at
+        self._last_end = last_end
+        return found
+
     def _begin(self, first: Frame) -> None:
         """A second frame follows the first one of a chain: that becomes evidence."""
         earliest = self._chain_from

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from hil_tests.judge.cobs import device_ids
 from hil_tests.judge.expected import Expected, Family
@@ -35,6 +35,26 @@ class Speakers:
         if self._exclusive:
             return frame.can_id not in self._neighbours
         return frame.can_id in self._ids and not frame.extended
+
+    def back_at(self, frames: Sequence[Frame], start: int, stop: int, beat: Frame | None) -> int:
+        """The first place, of those from `start` on, whose frame is the device's, or `stop`.
+
+        Args:
+            frames: none of those up to `stop` is ours.
+            start: from here on.
+            stop: up to here.
+            beat: a frame that is known to be the device's.
+        """
+        ids, neighbours, exclusive = self._ids, self._neighbours, self._exclusive
+        for place in range(start, stop):
+            frame = frames[place]
+            if exclusive:
+                found = frame.can_id not in neighbours
+            else:
+                found = frame.can_id in ids and not frame.extended
+            if found or frame is beat:
+                return place
+        return stop
 
     def give(self, can_id: int) -> None:
         """The device was given one more identifier."""

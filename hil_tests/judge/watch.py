@@ -105,8 +105,7 @@ class Watch:
         seen = self.clock.see(sighting, index)
         if sighting.own:
             self._own(seen)
-        elif seen.frame is self._beat:
-            # The very beat that was last found right in the present state.
+        elif seen.frame is self._beat:  # that was last found right in the present state
             self._heartbeats.see(seen)
         elif self._is_device(seen.frame):
             self._device(seen)
@@ -134,10 +133,12 @@ class Watch:
                     place += 1
                 requests += self.clock.requests(frame, instants[first:place])
                 self._beats(burst, requests, range(first, place), index)
-            else:
+            elif self._is_device(frame):
                 requests.append(self.clock.request(frame, instants[first], 0, own=False))
-                if self._is_device(frame):
-                    self._device(self._seen(burst, requests, first, index))
+                self._device(self._seen(burst, requests, first, index))
+            else:
+                place = self.speakers.back_at(frames, place, next_own, self._beat)
+                requests += self.clock.others(frames[first:place], instants[first:place])
         return requests
 
     def _seen(
@@ -153,8 +154,7 @@ class Watch:
         frame_ns = beat.bits * self.clock.bit_ns
         starts = [at - frame_ns for at in burst.instants[stretch]]
         if self._heartbeats.in_time(beat, requests[stretch], starts):
-            last = self._seen(burst, requests, places[-1], index)
-            self._heartbeats.go_on(last, len(places))
+            self._heartbeats.go_on(self._seen(burst, requests, places[-1], index), len(places))
             return
         for place in places:
             self._heartbeats.see(self._seen(burst, requests, place, index))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from hil_tests.clock import MS
 from hil_tests.judge.cobs import nmt_frame
-from hil_tests.trace import Burst, Moment
+from hil_tests.trace import Burst, Moment, Sighting
 from node_model.frame import Frame
 from tests.judge.scene import BEAT, NODE, Scene, device
 
@@ -44,8 +44,9 @@ def verdicts(
         asked = scene.watch.see_all(burst, 3)
     else:
         asked = []
-        for frame, at in zip(burst.frames, burst.instants, strict=True):
-            scene.see(frame, at / MS, own=frame is STOP)
+        for place, (frame, at) in enumerate(zip(burst.frames, burst.instants, strict=True), 3):
+            seen = scene.watch.see(Sighting(frame, at, own=frame is STOP), place)
+            asked.append(seen.wanted.earliest)
     scene.beats([now / MS + 100, now / MS + 200], 0x04 if burst.own else 0x7F)
     return [str(verdict) for verdict in scene.verdicts(now / MS + 201)], [str(a) for a in asked]
 
@@ -64,10 +65,10 @@ def verdicts(
 )
 def test_a_burst_is_judged_as_its_frames_are(row: Row, bit_ns: int, exclusive: bool) -> None:
     """Right beats, wrong ones, boot-ups, strange frames, at any distance, and commands."""
-    alone, _ = verdicts(row, bit_ns, together=False, exclusive=exclusive)
+    alone, asked_alone = verdicts(row, bit_ns, together=False, exclusive=exclusive)
     together, asked = verdicts(row, bit_ns, together=True, exclusive=exclusive)
     assert together == alone
-    assert len(asked) == len(row)
+    assert asked == asked_alone
 
 
 @pytest.mark.parametrize(("span_ms", "blamed"), [(100, 0), (120, 1)])
