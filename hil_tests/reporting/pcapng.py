@@ -104,11 +104,12 @@ class PcapngSink:
             return
         frame, at, doubt_ns, own = entry
         head = frame.head | OWN if own else frame.head
-        recipes = self._of_doubt(doubt_ns)
-        if recipes is None:
+        recipes = self._recipes.get(doubt_ns)
+        if recipes is None and (recipes := self._new_place(doubt_ns)) is None:
             self._commented(head, entry)
-        else:
-            self._put(recipes[head].block(at, frame.body))
+            return
+        pack, start, header, shift, end = recipes[head]
+        self._put(pack(start, at, header, frame.body << shift, end))
 
     def write_all(self, columns: Columns) -> None:
         """As `write`, of each frame in these columns.
@@ -118,7 +119,9 @@ class PcapngSink:
         """
         heads, bodies, instants, doubts = columns
         doubt_ns = doubts[0] if doubts else 0
-        recipes = self._of_doubt(doubt_ns)
+        recipes = self._recipes.get(doubt_ns)
+        if recipes is None:
+            recipes = self._new_place(doubt_ns)
         if recipes is None or doubts.count(doubt_ns) < len(doubts):
             for sighting in columns.sightings():
                 self.write(sighting)
@@ -175,10 +178,8 @@ class PcapngSink:
         stamp = journal.stamp(note)
         self._put(layout.packet(_JOURNAL, stamp, packet, (layout.COMMENT, comment)))
 
-    def _of_doubt(self, doubt_ns: int) -> Recipes | None:
-        """How frames of that doubt are written: it has an interface, while there are few."""
-        if doubt_ns in self._recipes:
-            return self._recipes[doubt_ns]
+    def _new_place(self, doubt_ns: int) -> Recipes | None:
+        """An interface for frames of that doubt, while there are few."""
         place = len(self._recipes) + 1
         if place > _MOST_INTERFACES:
             return None

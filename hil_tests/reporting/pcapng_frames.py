@@ -12,8 +12,11 @@ from typing import NamedTuple
 from hil_tests.reporting import pcapng_layout as layout
 from hil_tests.trace import OWN
 
-FIXED_BYTES = 52
+_FIXED_BYTES = 52
 """Of the block of a frame without data."""
+
+_MOST_KEPT = 4096
+"""A stranger may send with any identifier."""
 
 _START = struct.Struct(">III")
 """Type, length and interface."""
@@ -38,10 +41,6 @@ class Recipe(NamedTuple):
     shift: int
     end: bytes
 
-    def block(self, at: int, body: int) -> bytes:
-        """The block of a frame seen at `at` ns."""
-        return self.pack(self.start, at, self.header, body << self.shift, self.end)
-
 
 class Recipes(dict[int, Recipe]):
     """Packed head of a frame -> how its block is made.
@@ -55,6 +54,8 @@ class Recipes(dict[int, Recipe]):
         self._place = place
 
     def __missing__(self, head: int) -> Recipe:
+        if len(self) >= _MOST_KEPT:
+            self.clear()
         recipe = self[head] = _recipe(head, self._place)
         return recipe
 
@@ -77,7 +78,7 @@ def direction_of(head: int) -> int:
 def _recipe(head: int, place: int) -> Recipe:
     size = 0 if head >> 30 & 1 else min(head >> 32 & 0xF, 8)
     room = size + -size % 4
-    length, packet = FIXED_BYTES + room, 8 + size
+    length, packet = _FIXED_BYTES + room, 8 + size
     return Recipe(
         _PACKS[room],
         _START.pack(layout.ENHANCED_PACKET, length, place),

@@ -131,6 +131,17 @@ def test_columns_of_more_doubts_than_interfaces_come_back_too(tmp_path: Path) ->
     assert list(read_pcapng(path)) == [each for part in seen for each in part]
 
 
+def test_more_identifiers_than_are_remembered_come_back_too(tmp_path: Path) -> None:
+    """Five thousand extended ones, single and as columns."""
+    seen = [Sighting(Frame(i * 7919, b"x", extended=True), i) for i in range(5000)]
+    path = tmp_path / "t.pcapng"
+    with PcapngSink(path, interface="vcan0", clock="virtual time", flush=False) as sink:
+        for each in seen:
+            sink.write(each)
+        sink.write_all(columns_of(seen))
+    assert list(read_pcapng(path)) == seen * 2
+
+
 def test_a_verdict_mark_keeps_its_text_and_data(tmp_path: Path) -> None:
     """What the judge notes can be read again."""
     path = tmp_path / "t.pcapng"
