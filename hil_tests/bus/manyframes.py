@@ -15,7 +15,6 @@ from hil_tests.bus.datagrams import Datagrams, Note
 from hil_tests.clock import S
 from hil_tests.trace import OWN
 
-_ODD = socket.MSG_TRUNC | socket.MSG_CTRUNC | socket.MSG_ERRQUEUE
 _MOST_CACHED = 4096
 _LONG = struct.calcsize("l")
 _KIND_AT = struct.calcsize("Ni")
@@ -71,7 +70,7 @@ class ManyFrames:
         notes = many.notes_sizes
         flags = many.flags
         same = notes.count(notes[0]) == len(notes) and set(many.sizes) == {rawcan.CAN_MTU}
-        if not same or any(each & _ODD for each in flags):
+        if not same or any(each & rawcan.MSG_CUT for each in flags):
             return None
         words: list[int] = many.in_data("Q", 0).tolist()
         heads = self._heads_of(words)

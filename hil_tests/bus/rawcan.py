@@ -32,6 +32,8 @@ SO_RXQ_OVFL = 40
 _RX_STAMPS = 1 << 2 | 1 << 3 | 1 << 4 | 1 << 6
 """SOF_TIMESTAMPING_ RX_HARDWARE, RX_SOFTWARE, SOFTWARE, RAW_HARDWARE."""
 MSG_CONFIRM = 0x800
+MSG_CUT = 0x20 | 0x08 | 0x2000
+"""MSG_TRUNC, MSG_CTRUNC, MSG_ERRQUEUE: no whole frame with all its notes."""
 TIMESPEC = struct.Struct("@ll")
 TIMESPECS = struct.Struct("@6l")
 ROOM = socket.CMSG_SPACE(TIMESPECS.size) + socket.CMSG_SPACE(4)

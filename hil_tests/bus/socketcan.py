@@ -80,7 +80,6 @@ class SocketCanPort:
         self._channel = channel
         self._gone = ""
         self._ready: deque[Sighting | BusEvent | Columns] = deque()
-        self._many = many or ManyFrames()
         self._in_a_row = 0
         """Frames that waited already when they were asked for, one after the other."""
         self._cache: dict[bytes, Frame] = {}
@@ -97,6 +96,7 @@ class SocketCanPort:
             raise
         self._fd = self._socket.fileno()
         try:
+            self._many = many or ManyFrames()
             self._set_up(bit_rate)
         except BaseException:
             self.close()
