@@ -5,28 +5,13 @@ from __future__ import annotations
 import errno
 import socket
 import time
-from collections.abc import Iterator
 
 import pytest
 
 from hil_tests.bus.datagrams import Datagrams
+from tests.bus.conftest import Pair
 
-SO_TIMESTAMPNS = 35
 ROOM, NOTES_ROOM = 24, 88
-Pair = tuple[socket.socket, socket.socket]
-
-
-@pytest.fixture
-def pair() -> Iterator[Pair]:
-    """A sender, and a receiver whose datagrams are stamped."""
-    with (
-        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender,
-        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver,
-    ):
-        receiver.bind(("127.0.0.1", 0))
-        receiver.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
-        sender.connect(receiver.getsockname())
-        yield sender, receiver
 
 
 def test_nothing_waits(pair: Pair) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import socket
 import struct
 import time
-from collections.abc import Iterator
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -14,24 +13,11 @@ from hypothesis import strategies as st
 from hil_tests.bus import rawcan
 from hil_tests.bus.manyframes import ManyFrames, Packed
 from node_model.frame import Frame
+from tests.bus.conftest import Pair
 
 ERROR = struct.pack("=IB3x8s", rawcan.ERR_FLAG | 4, 8, bytes(8))
 FD = struct.pack("=IB3x64s", 0x123, 12, bytes(64))
 GARBAGE_BEHIND = struct.pack("=IB3x8s", 0x123, 2, b"12345678")
-Pair = tuple[socket.socket, socket.socket]
-
-
-@pytest.fixture
-def pair() -> Iterator[Pair]:
-    """A sender, and a receiver whose datagrams are stamped by the kernel."""
-    with (
-        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender,
-        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver,
-    ):
-        receiver.bind(("127.0.0.1", 0))
-        receiver.setsockopt(socket.SOL_SOCKET, rawcan.SO_TIMESTAMPNS, 1)
-        sender.connect(receiver.getsockname())
-        yield sender, receiver
 
 
 def received(pair: Pair, *raw: bytes) -> tuple[ManyFrames, Packed | None]:
