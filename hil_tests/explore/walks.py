@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import gcd
 from random import Random
 
 from hil_tests.scenarios.families import FAMILIES, turns
@@ -27,7 +28,30 @@ def walk(seed: int, number: int, families: Sequence[str] = ()) -> Scenario:
     family = FAMILIES[name]
     given = random.randrange(len(family.givens))
     codes = family.codes(family.givens[given])
+    turn = _turn(order, number) if family.sweeps else codes
+    if turn * family.walk < codes:
+        return told(name, given, swept(seed, turn, codes, family.walk))
     return told(name, given, drawn(random, codes, family.walk))
+
+
+def _turn(order: Sequence[str], number: int) -> int:
+    """How many walks of its family come before the one of that number."""
+    rounds, place = divmod(number, len(order))
+    return rounds * order.count(order[place]) + order[:place].count(order[place])
+
+
+def swept(seed: int, turn: int, below: int, count: int) -> list[int]:
+    """As `drawn`, but in some turns every number below has been among them once.
+
+    Args:
+        seed: where they begin.
+        turn: how many rows came before.
+        below: how many numbers there are.
+        count: how many of them make a row.
+    """
+    stride = next(each for each in range(below * 5 // 8, 2 * below) if gcd(each, below) == 1)
+    first = seed * _STRIDE + turn * count
+    return [(first + index) * stride % below for index in range(count)]
 
 
 def drawn(random: Random, below: int, count: int) -> list[int]:

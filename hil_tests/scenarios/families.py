@@ -7,15 +7,14 @@ from functools import cache
 from typing import NamedTuple
 
 from hil_tests.clock import MS, US
+from hil_tests.scenarios.noise import NOISE
+from hil_tests.scenarios.values import LSS, TALLIES, VALUES
 
 Given = tuple[tuple[str, int], ...]
 
 SCAN_MS = 10
 KEY_FRAME_MS = 20
 """Limits of the default profile; with others the spans are less telling, never wrong."""
-
-NOISES = 96
-"""How many different frames of garbage a family of noise knows."""
 
 
 class Family(NamedTuple):
@@ -31,6 +30,7 @@ class Family(NamedTuple):
         opening: actions that come before all others.
         closing: actions that come after all others: what shows what was done to the device.
         walk: how many actions a walk has in between.
+        sweeps: walks take each of its actions in turn, before they draw some.
     """
 
     about: str
@@ -42,6 +42,7 @@ class Family(NamedTuple):
     opening: tuple[str, ...] = ()
     closing: tuple[str, ...] = ()
     walk: int = 20
+    sweeps: bool = False
 
     def codes(self, given: Given) -> int:
         """How many numbers mean something to it."""
@@ -162,31 +163,6 @@ _BAD_REQUESTS = (
 )
 
 
-def noise(number: int) -> str:
-    """A frame of garbage: any identifier, length and type, the same for the same number."""
-    state = (number * 2654435761 + 40503) & 0xFFFFFFFF
-    near = (0x080, 0x100, 0x180, 0x1F8, 0x280, 0x380, 0x3F8, 0x480, 0x4F8, 0x580, 0x600, 0x680,
-            0x700, 0x7E4, 0x7E5, 0x7FF)  # fmt: skip
-    can_id = near[number % 16] if number % 3 else state >> 8 & 0x7FF
-    size = state >> 20 & 0xF
-    data = bytes((state >> shift & 0xFF) for shift in (0, 3, 7, 11, 13, 17, 19, 23))
-    if can_id == 0:
-        can_id = 0x7FF
-    match number % 7:
-        case 0:
-            return f"send {can_id:03X}#R{size % 9}"
-        case 1:
-            return f"send {can_id << 18 | state & 0x3FFFF:08X}#{data[: size % 9].hex().upper()}"
-        case 2:
-            return f"send {can_id:03X}#{data.hex().upper()}_{9 + size % 7:X}"
-        case 3:
-            base = (0x080, 0x180, 0x280, 0x380, 0x580, 0x600, 0x700)[state % 7]
-            kind = f"R{size % 9}" if number % 2 else data[: size % 9].hex().upper()
-            return f"send +{base:03X}#{kind}"
-        case _:
-            return f"send {can_id:03X}#{data[: size % 9].hex().upper()}"
-
-
 _BUSY = (
     *(f"nmt {name}" for name in ("start", "stop", "pre-operational", "reset-node all")),
     "nmt reset-communication",
@@ -222,12 +198,12 @@ _BUSY = (
 _REVEALS = ("cycle", "flip 1", "nmt start", "wait", "flip 1")
 """A regular start, its state and its keys: shows what the node has stored."""
 
-NOISE = tuple(noise(number) for number in range(NOISES))
 _LOADS = ("load 60% high", "load 90% high", "load 100% high", "load 60% low", "load 100% low")
 
 _PANEL = _givens(debounce=(1, 0, 2, 5, 1, 3), node_id=(6, 1, 15, 6, 10, 8), heartbeat_ms=(1000, 0))
 _QUICK = _givens(heartbeat_ms=(50, 20, 100, 30), node_id=(6, 15, 1), debounce=(1, 0, 2))
 _SHORT = _givens(heartbeat_ms=(10, 20, 10), node_id=(6, 15), debounce=(0, 1))
+_TALLY = _givens(heartbeat_ms=(50, 100), debounce=(0, 1))
 _CALM = _givens(heartbeat_ms=(200, 100, 500), node_id=(6, 15, 1), debounce=(1, 0, 2))
 """Where seconds are spent on looking at LEDs, beats tell nothing new and cost most."""
 
@@ -277,7 +253,8 @@ FAMILIES: Mapping[str, Family] = {
         "everything but a valid request to a node that waits to be commissioned",
         "off",
         _QUICK,
-        (*_BAD_REQUESTS, *_BAD_REQUESTS, *_BUSY, *NOISE, *FLIPS[2:4], "flip 1", *REQUESTS[:3]),
+        (*_BAD_REQUESTS, *_BAD_REQUESTS, *_BUSY, *LSS, *NOISE, *FLIPS[2:4], "flip 1",
+         *REQUESTS[:3]),
         _fixed(0, 1, 20, 150),
         4,
         ("wait-mode",),
@@ -322,11 +299,32 @@ FAMILIES: Mapping[str, Family] = {
         ("flip 1", "linger", "flip 1", "linger"),
         walk=8,
     ),
+    "values": Family(
+        "parameters of special values, and every value of each of their bytes",
+        "off",
+        _QUICK,
+        tuple(f"value {number}" for number in range(VALUES)),
+        _fixed(20),
+        4,
+        walk=2,
+        sweeps=True,
+    ),
+    "tallies": Family(
+        "one thing, hundreds of times",
+        "operational",
+        _TALLY,
+        tuple(f"again {number}" for number in range(len(TALLIES))),
+        lambda given: tuple((100 * given["debounce"] + by) * MS for by in (35, 60, 110)),
+        1,
+        closing=("led 5A", "look", *_REVEALS[1:]),
+        walk=1,
+        sweeps=True,
+    ),
     "noise": Family(
         "garbage of every identifier, length and type",
         "operational",
         _QUICK,
-        (*NOISE, *_BUSY, *WAYS[:3], *FLIPS[:3], *REQUESTS, "cycle", *(("flood",) * 6)),
+        (*NOISE, *_BUSY, *LSS, *WAYS[:3], *FLIPS[:3], *REQUESTS, "cycle", *(("flood",) * 6)),
         _fixed(0, 0.2, 3, 55),
         6,
         closing=_REVEALS,

@@ -11,8 +11,10 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 
 from hil_tests.clock import MS
-from hil_tests.scenarios.families import FAMILIES, LONG_SPANS, NOISE, REQUESTS
+from hil_tests.scenarios.families import FAMILIES, LONG_SPANS, REQUESTS
+from hil_tests.scenarios.noise import NOISE
 from hil_tests.scenarios.scenario import Scenario, Step
+from hil_tests.scenarios.values import MANY, TALLIES, beats_span_ns, key_span_ns, value
 
 BOTH = 0b11
 """The commissioning keys."""
@@ -21,6 +23,9 @@ STORED_MS = (502, 610)
 """Store time, and at most a period of the echo."""
 
 OFF_MS = 300
+CYCLE_MS = 200
+"""The supply is off between two lives for so long, at least (default profile)."""
+
 PAUSE_NS = 150 * MS
 LINGER_NS = 70_000 * MS
 
@@ -79,7 +84,7 @@ class Teller:
             self._switch(after_ns, on=False)
         if self._held & BOTH == BOTH:
             self._keys(0, 0)
-        self._switch(OFF_MS * MS, on=True)
+        self._switch(CYCLE_MS * MS, on=True)
 
     def _wait_mode(self, after_ns: int, _: str) -> None:
         """Power up with the commissioning keys held."""
@@ -107,6 +112,25 @@ class Teller:
         self._switch(STORED_MS[int(what) % 2] * MS, on=False)
         self._cycle(0, "")
 
+    def _value(self, after_ns: int, what: str) -> None:
+        """Commissioned to special values; then its heartbeat, a press and a release."""
+        request = value(int(what))
+        self._wait_mode(after_ns, "")
+        self._request(after_ns, request)
+        self._switch(STORED_MS[int(what) % 2] * MS, on=False)
+        self._cycle(0, "")
+        self._add(after_ns, "nmt", "start")
+        self._add(beats_span_ns(request), "wait")
+        for _ in range(2):
+            self._flip(after_ns, "100")
+            self._add(key_span_ns(request), "wait")
+
+    def _again(self, after_ns: int, what: str) -> None:
+        """The same, or the same in turn, many times."""
+        acts = TALLIES[int(what)]
+        for index in range(MANY):
+            self.tell(after_ns, acts[index % len(acts)])
+
     def _any_request(self, after_ns: int, _: str) -> None:
         """The request whose turn it is."""
         self._add(after_ns, "request", REQUESTS[self._number % len(REQUESTS)].partition(" ")[2])
@@ -127,6 +151,7 @@ class Teller:
             self._add(after_ns, "send", f"4F8#{data}")
 
     ACTIONS: Mapping[str, Callable[[Teller, int, str], None]] = {
+        "again": _again,
         "any-long-span": _any_long_span,
         "any-request": _any_request,
         "commission": _commission,
@@ -137,6 +162,7 @@ class Teller:
         "linger": _linger,
         "nmt": _nmt,
         "request": _request,
+        "value": _value,
         "wait-mode": _wait_mode,
     }
     """What needs a thought; every other action is a step as it stands."""

@@ -13,8 +13,9 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition,
 
 from hil_tests.api import DeviceFailure, InconclusiveResult, KeypadBench
 from hil_tests.clock import MS
-from hil_tests.scenarios.families import FLIPS, LED_MAPS, NOISE, REQUESTS, STRANGE_NMT, WAYS
+from hil_tests.scenarios.families import FLIPS, LED_MAPS, REQUESTS, STRANGE_NMT, WAYS
 from hil_tests.scenarios.grammar import Teller
+from hil_tests.scenarios.noise import NOISE
 from hil_tests.scenarios.play import conclude
 from hil_tests.scenarios.player import LeftOpen, Player
 from hil_tests.scenarios.scenario import Scenario

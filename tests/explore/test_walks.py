@@ -6,9 +6,10 @@ from random import Random
 
 import pytest
 
-from hil_tests.explore.walks import drawn, walk
+from hil_tests.explore.walks import drawn, swept, walk
 from hil_tests.scenarios.families import FAMILIES, turns
 from hil_tests.scenarios.scenario import scenario
+from hil_tests.scenarios.values import VALUES, value
 
 
 def test_a_walk_is_repeated_by_seed_and_number() -> None:
@@ -28,6 +29,28 @@ def test_numbers_are_those_of_randrange(below: int) -> None:
     one, other = Random(5), Random(5)
     assert drawn(one, below, 50) == [other.randrange(below) for _ in range(50)]
     assert one.random() == other.random()
+
+
+@pytest.mark.parametrize(("below", "count"), [(1, 1), (2, 3), (42, 1), (1024, 2), (12, 5)])
+def test_sweeps_leave_nothing_out(below: int, count: int) -> None:
+    """After as many turns as it takes each number was among them, whatever the seed."""
+    for seed in (0, 7):
+        turns_ = range(-(-below // count))
+        found = [number for turn in turns_ for number in swept(seed, turn, below, count)]
+        assert set(found) == set(range(below))
+
+
+def test_walks_sweep_among_others_and_then_draw() -> None:
+    """Each special value is commissioned in the first turns of its family, and no turn is lost."""
+    order = turns()
+    numbers = [
+        number for number in range(200 * len(order)) if order[number % len(order)] == "values"
+    ]
+    walks = [walk(3, number) for number in numbers[: VALUES // FAMILIES["values"].walk]]
+    asked = [step.what for story in walks for step in story.steps if step.verb == "request"]
+    assert sorted(asked) == sorted(map(value, range(VALUES)))
+    assert walk(3, numbers[len(walks)]).steps != walks[0].steps
+    assert not FAMILIES["keys"].sweeps
 
 
 def test_families_take_turns() -> None:

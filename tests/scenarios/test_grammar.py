@@ -10,10 +10,12 @@ from hypothesis import strategies as st
 
 from hil_tests.clock import MS
 from hil_tests.explore.lab import Lab
-from hil_tests.scenarios.families import FAMILIES, NOISE, REQUESTS, near_limits, turns
-from hil_tests.scenarios.grammar import BOTH, OFF_MS, Teller, told
+from hil_tests.scenarios.families import FAMILIES, REQUESTS, near_limits, turns
+from hil_tests.scenarios.grammar import BOTH, CYCLE_MS, OFF_MS, Teller, told
+from hil_tests.scenarios.noise import NOISE
 from hil_tests.scenarios.scenario import BEGINNINGS, GIVEN, Scenario, Step, scenario
 from hil_tests.scenarios.strategies import scenarios
+from hil_tests.scenarios.values import MANY, TALLIES, value
 from hil_tests.scenarios.words import WORDS, sent
 
 ANY = st.lists(st.integers(-10, 10_000), max_size=20)
@@ -142,11 +144,16 @@ def test_keys_are_flipped() -> None:
 
 def test_a_cycle_is_a_regular_start() -> None:
     """The commissioning keys are let go of, others stay held."""
-    assert steps_of("cycle") == ["1ms power off", "300ms power on"]
-    assert steps_of("cycle", powered=False) == ["300ms power on"]
-    assert steps_of("flip 100", "cycle")[1:] == ["1ms power off", "300ms power on"]
-    assert steps_of("flip 11", "cycle")[1:] == ["1ms power off", "0ms keys 0", "300ms power on"]
-    assert OFF_MS == 300
+    assert steps_of("cycle") == ["1ms power off", "200ms power on"]
+    assert steps_of("cycle", powered=False) == ["200ms power on"]
+    assert steps_of("flip 100", "cycle")[1:] == ["1ms power off", "200ms power on"]
+    assert steps_of("flip 11", "cycle")[1:] == ["1ms power off", "0ms keys 0", "200ms power on"]
+
+
+def test_pauses_stand_at_the_least_and_above() -> None:
+    """The supply is off for as short as is allowed, and for longer."""
+    least_ms = LAB.bench.profile.limits.power_off_ns // MS
+    assert least_ms == CYCLE_MS < OFF_MS
 
 
 def test_the_way_to_be_commissioned() -> None:
@@ -159,9 +166,9 @@ def test_the_way_to_be_commissioned() -> None:
         f"1ms request {data}",
         "502ms power off",
         "0ms keys 0",
-        "300ms power on",
+        "200ms power on",
     ]
-    assert steps_of("cut 1")[-3:] == ["1ms power off", "0ms keys 0", "300ms power on"]
+    assert steps_of("cut 1")[-3:] == ["1ms power off", "0ms keys 0", "200ms power on"]
 
 
 def test_a_reset_with_both_keys_held_is_left_out() -> None:
@@ -169,6 +176,32 @@ def test_a_reset_with_both_keys_held_is_left_out() -> None:
     assert steps_of("flip 11", "nmt reset-node") == ["1ms keys 11"]
     assert steps_of("wait-mode", "nmt reset-node")[-1] == "1ms nmt reset-node"
     assert steps_of("flip 11", "nmt stop")[-1] == "1ms nmt stop"
+
+
+def test_special_values_are_commissioned_and_shown() -> None:
+    """The whole procedure, beats enough, and a press and a release, each as long as it needs."""
+    number = 2 + 4 * 5  # debounce time 5
+    request = value(number)
+    assert steps_of(f"value {number}")[-8:] == [
+        "0ms keys 0",
+        "200ms power on",
+        "1ms nmt start",
+        "4s wait",
+        "1ms keys 100",
+        "650ms wait",
+        "1ms keys 0",
+        "650ms wait",
+    ]
+    assert f"1ms request {request}" in steps_of(f"value {number}")
+
+
+def test_a_tally_is_one_thing_many_times() -> None:
+    """More often than a byte counts, in turn where there are two."""
+    for number, acts in enumerate(TALLIES):
+        told_ = steps_of(f"again {number}")
+        assert len(told_) == MANY > 256
+        assert len(set(told_)) <= len(acts) * 2
+    assert steps_of("again 0")[:3] == ["1ms keys 1", "1ms keys 0", "1ms keys 1"]
 
 
 def test_a_request_where_nobody_waits_is_noise() -> None:

@@ -66,5 +66,5 @@ def test_it_is_told_as_a_scenario() -> None:
     told.commissioned(debounce=0, heartbeat_ms=20)
     told.keys_move(1_000_000, "flip 1")
     assert str(told.scenario) == (
-        "off node_id=6 heartbeat_ms=20 debounce=0: 300ms power on; 1ms keys 1"
+        "off node_id=6 heartbeat_ms=20 debounce=0: 200ms power on; 1ms keys 1"
     )
