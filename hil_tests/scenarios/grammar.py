@@ -11,6 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 
 from hil_tests.clock import MS
+from hil_tests.judge.cobs import LED_STEADY
+from hil_tests.judge.echoes import NODE_IDS, SIZE
 from hil_tests.scenarios.families import FAMILIES, LONG_SPANS, REQUESTS
 from hil_tests.scenarios.noise import NOISE
 from hil_tests.scenarios.scenario import Scenario, Step
@@ -46,6 +48,8 @@ class Teller:
         self._powered = powered
         self._waiting = False
         """Powered up to be commissioned."""
+        self._asked_for = 0
+        """The node id of the first request since then that has a valid one; 0 = none."""
 
     def tell(self, after_ns: int, action: str) -> None:
         """One action, `after_ns` after the one before."""
@@ -76,6 +80,7 @@ class Teller:
         if on != self._powered:
             self._powered = on
             self._waiting = on and self._held == BOTH
+            self._asked_for = 0
             self._add(after_ns, "power", "on" if on else "off")
 
     def _cycle(self, after_ns: int, _: str) -> None:
@@ -131,6 +136,15 @@ class Teller:
         for index in range(MANY):
             self.tell(after_ns, acts[index % len(acts)])
 
+    def _shine(self, after_ns: int, _: str) -> None:
+        """LED frames for its old and its new node id, and looks at the LEDs before and after."""
+        self._add(after_ns, "look")
+        self._add(0, "look")
+        self._add(0, "led", "FF")
+        if self._asked_for:
+            self._add(0, "send", f"{LED_STEADY + self._asked_for:03X}#FF")
+        self._add(0, "look")
+
     def _any_request(self, after_ns: int, _: str) -> None:
         """The request whose turn it is."""
         self._add(after_ns, "request", REQUESTS[self._number % len(REQUESTS)].partition(" ")[2])
@@ -145,6 +159,7 @@ class Teller:
     def _request(self, after_ns: int, what: str) -> None:
         """Only where somebody waits for it; elsewhere it is noise."""
         if self._waiting:
+            self._asked_for = self._asked_for or _node_id(what)
             self._add(after_ns, "request", what)
         else:
             data = "" if what == "-" else what
@@ -162,10 +177,17 @@ class Teller:
         "linger": _linger,
         "nmt": _nmt,
         "request": _request,
+        "shine": _shine,
         "value": _value,
         "wait-mode": _wait_mode,
     }
     """What needs a thought; every other action is a step as it stands."""
+
+
+def _node_id(request: str) -> int:
+    """The node id in the bytes of a 4F8h, in hex; 0 where it has no valid one."""
+    node_id = int(request[:2], 16) if len(request) >= 2 * SIZE else 0
+    return node_id if node_id in NODE_IDS else 0
 
 
 def told(family: str, number: int, codes: Sequence[int]) -> Scenario:

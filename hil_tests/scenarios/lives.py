@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from hil_tests.api import ECHO_PERIOD_NS, KeypadBench, Limits, Outcome, Verdict
 from hil_tests.clock import FOREVER
+from hil_tests.judge.darkness import judge_darkness
 from hil_tests.judge.echoes import EchoRules, Stay, judge_echoes
 from hil_tests.judge.glow import judge_glow
 from hil_tests.judge.lights import LightRules, judge_lights
@@ -48,7 +49,9 @@ def judge_commissioning(
     limits = bench.profile.limits
     each, mean = limits.echo_each(ECHO_PERIOD_NS), limits.echo_mean(ECHO_PERIOD_NS)
     rules = EchoRules(Limits(*each), Limits(*mean))
-    return in_order(doubted(list(judge_echoes(stay, rules)), life))
+    found = [*judge_echoes(stay, rules)]
+    found += judge_darkness(life.looks, stay, bench.profile.led_bits)
+    return in_order(doubted(found, life))
 
 
 def in_order(found: list[Verdict]) -> list[Verdict]:

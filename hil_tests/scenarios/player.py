@@ -7,7 +7,6 @@ start, to initialise after a reset) is waited for, so that a scenario means the 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import lru_cache
 
 from hil_tests.api import (
     COMMISSIONING_RATE,
@@ -24,6 +23,7 @@ from hil_tests.api import (
     nmt_frame,
 )
 from hil_tests.scenarios import words
+from hil_tests.scenarios.contacts import held_by, order_of
 from hil_tests.scenarios.lives import (
     failures,
     in_order,
@@ -34,10 +34,14 @@ from hil_tests.scenarios.memory import stored
 from hil_tests.scenarios.origins import Origin
 from hil_tests.scenarios.record import Life
 from hil_tests.scenarios.scenario import Scenario, Step
-from hil_tests.scenarios.story import when_all_is_told
+from hil_tests.scenarios.seeking import is_silent, seek, seek_after_pause
+from hil_tests.scenarios.story import debounce_times, when_all_is_told
 
 LINGER_NS = 5 * MS
 """How much longer than its limit the effect of an LED frame is waited for."""
+
+LATE_NS = 3_000 * MS
+"""How long a change of keys that was not shown is waited for: late is not lost."""
 
 MOST_BEATS_NS = 3_000 * MS
 """A scenario waits for two beats at its end, but no longer than this."""
@@ -118,7 +122,7 @@ class Player:
         self._flush()
         if self._mode == "operation":
             self.bench.wait(self._tail_ns())
-        self._end_life(self.bench.now())
+        self._end_life(self.bench.now(), LATE_NS)
         self.found += self._origin.told(self.bench.monitored())
         return in_order(self.found)
 
@@ -147,8 +151,13 @@ class Player:
         self._judged_until = None
         self._read = None
 
-    def _end_life(self, until: int) -> None:
-        """Judge what has just ended, up to an instant; nothing, where the device was off."""
+    def _end_life(self, until: int, patience_ns: int = 0) -> None:
+        """Judge what has just ended, up to an instant; nothing, where the device was off.
+
+        Args:
+            until: the instant.
+            patience_ns: how long what seems to be missing may be waited for.
+        """
         mode, self._mode = self._mode, ""
         if not mode:
             return
@@ -157,7 +166,9 @@ class Player:
         quiet = bench.watch.quiet_from(until)
         if self._judged_until is not None:
             quiet = min(quiet, self._judged_until)
-        self.found += when_all_is_told(bench, lambda: self._judge(mode, self._life(), quiet))
+        self.found += when_all_is_told(
+            bench, lambda: self._judge(mode, self._life(), quiet), patience_ns
+        )
 
     def _life(self) -> Life:
         """What was recorded since it was switched on."""
@@ -169,7 +180,11 @@ class Player:
     def _judge(self, mode: str, life: Life, until: int) -> list[Verdict]:
         if mode == "commissioning":
             return judge_commissioning(self.bench, life, self._ready_at, until)
-        return self._origin.told(judge_operation(self.bench, life, until, doubts=self._doubts))
+        found = judge_operation(self.bench, life, until, doubts=self._doubts)
+        if self._own is not None and any(failures(found)):
+            steps = debounce_times(self.bench, life, until)
+            found = self._origin.debounced(found, steps, self._own)
+        return self._origin.told(found)
 
     # Power.
 
@@ -221,11 +236,14 @@ class Player:
         limit_ns = self.limits.boot_up_ns
         if bench.first(matchers.of_a_start(own.node_id), on, on.ended_at + 2 * limit_ns):
             # It starts as the one it should be: how it announces itself is another matter.
-            self._origin.started()
+            self._origin.started(own)
             requirement = "NMT-02"
+        elif is_silent(bench, on):
+            self._end_life(bench.now())
+            seek(bench, own, on, self._origin)
         boot_up = matchers.boot_up(own.node_id)
         bench.expect(boot_up, after=on, within=limit_ns, requirement=requirement)
-        self._origin.started()
+        self._origin.started(own)
 
     def _identify(self) -> None:
         """Power was cut while it stored: which of the two sets did it keep (COM-26)?"""
@@ -240,6 +258,8 @@ class Player:
         on = bench.power.on()
         either = matchers.any_of(frozenset(boots), "boot-up of the old or the new node id")
         limit_ns = 2 * self.limits.boot_up_ns  # how soon is NMT-02
+        if bench.first(either, on, on.ended_at + limit_ns) is None:
+            seek_after_pause(bench, either, on)
         boot = bench.expect(either, after=on, within=limit_ns, requirement="COM-26")
         bench.power.off()
         if bench.keys is not None and held:
@@ -350,7 +370,7 @@ class Player:
     # LEDs.
 
     def _look(self, _: str) -> None:
-        if self._mode == "operation" and self.bench.leds is not None:
+        if self._mode and self.bench.leds is not None:
             self.bench.wait(self.limits.led_ns + LINGER_NS)
             self.bench.leds.read()
 
@@ -376,21 +396,3 @@ class Player:
         "wait": lambda *_: None,
     }
     """What is done for each verb but "keys"."""
-
-
-def order_of(bench: KeypadBench) -> tuple[str, ...]:
-    """The keys in the order of the bits of a scenario's mask.
-
-    Bits 0 and 1 are the commissioning keys, in the order of their bits in the key frame;
-    further ones count from the last of the others.
-    """
-    names = bench.keys.names if bench.keys else ()
-    special = bench.profile.commissioning_keys
-    others = [name for name in names if name not in special]
-    return (*(name for name in names if name in special), *reversed(others))
-
-
-@lru_cache(maxsize=1024)
-def held_by(order: tuple[str, ...], mask: int) -> frozenset[str]:
-    """The keys of a scenario's mask."""
-    return frozenset(name for index, name in enumerate(order) if mask >> index & 1)

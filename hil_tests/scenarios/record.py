@@ -58,6 +58,8 @@ class Life:
         self.requests: list[Request] = []
         self.echoes: list[Echo] = []
         self.lights: list[Event] = []
+        self.looks: list[Look] = []
+        """What the LEDs showed while no LED frame may act."""
         self.watched: list[Watched] = []
         self.losses: list[BusEvent] = []
         self._read(since)
@@ -123,7 +125,9 @@ class Life:
         if self._written_at > moment.began_at - self._limits.led_ns:
             return  # it changed under the eye
         possible = self._bench.watch.timeline.possible(moment.when)
-        if not possible & set(_NOT_YET):
+        if State.COMMISSIONING in possible and possible <= set(_NOT_YET):
+            self.looks.append(Look(moment.ended_at, lights, operational=False))
+        elif not possible & set(_NOT_YET):
             operational = possible == {State.OPERATIONAL}
             self.lights.append(Look(moment.ended_at, lights, operational))
 

@@ -90,7 +90,7 @@ def beats_span_ns(request: str) -> int:
     The beat after a change of state counts for nothing: it may come sooner (HB-04).
     """
     beat_ns = int(request[4:8], 16) * MS
-    return max(4 * beat_ns, min(_BEATS * beat_ns, _LONGEST_MEAN_NS))
+    return max(4 * beat_ns, _SHOW_NS, min(_BEATS * beat_ns, _LONGEST_MEAN_NS))
 
 
 LSS = tuple(

@@ -195,6 +195,17 @@ def test_special_values_are_commissioned_and_shown() -> None:
     assert f"1ms request {request}" in steps_of(f"value {number}")
 
 
+def test_lights_are_looked_at_around_frames_that_must_light_none() -> None:
+    """For the old node id, and for the new one where a valid request has named it."""
+    waits = steps_of("wait-mode")
+    dark = ["1ms look", "0ms look", "0ms led FF"]
+    assert steps_of("wait-mode", "shine")[len(waits) :] == [*dark, "0ms look"]
+    asked = ["request 00", "request 100200640001", "request 0A0200640001", "request 010200640001"]
+    told_ = steps_of("wait-mode", *asked, "shine")
+    assert told_[len(waits) + len(asked) :] == [*dark, "0ms send 20A#FF", "0ms look"]
+    assert steps_of("wait-mode", *asked, "wait-mode", "shine")[-2:] == ["0ms led FF", "0ms look"]
+
+
 def test_a_tally_is_one_thing_many_times() -> None:
     """More often than a byte counts, in turn where there are two."""
     for number, acts in enumerate(TALLIES):

@@ -13,8 +13,9 @@ from hil_tests.clock import MS
 from hil_tests.config import Parameters
 from hil_tests.explore.lab import Lab
 from hil_tests.judge.verdict import DeviceFailure, NotRun, Outcome, Verdict
+from hil_tests.scenarios.contacts import held_by, order_of
 from hil_tests.scenarios.play import conclude, judge, play
-from hil_tests.scenarios.player import LeftOpen, Player, held_by, order_of
+from hil_tests.scenarios.player import LeftOpen, Player
 from hil_tests.scenarios.scenario import Step, scenario
 from hil_tests.trace import BusEvent, EventKind, Moment
 from tests.bench.fakes import bench_of
@@ -121,6 +122,50 @@ def test_a_faulty_keypad_is_blamed_for_its_fault(model: str, text: str, requirem
 def test_a_slow_light_may_miss_or_catch_a_change_of_state(text: str) -> None:
     """An LED frame may take its limit to act, and is judged by the state at either end of it."""
     assert broken(text, "slow-leds") == frozenset()
+    assert broken(text) == frozenset()
+
+
+HASTE = "off: 0ms power on; 300ms power off; 200ms power on"
+DARK = (
+    "off: 0ms keys 11; 0ms power on; 20ms request 060200320001; 150ms look; 0ms look;"
+    " 0ms send 206#03; 0ms look; 0ms power off"
+)
+LONG = (
+    "operational debounce=200: 60ms keys 100; 20650ms wait; 20ms keys 0; 20650ms wait;"
+    " 20ms keys 100; 20650ms wait"
+)
+
+
+@pytest.mark.parametrize(
+    ("model", "text", "requirement"),
+    [
+        ("code-two-is-default-of-cia", LITTLE, "COM-07"),
+        (
+            "code-six-is-ten",
+            LITTLE.replace("operational", "operational bit_rate_code=6"),
+            "COM-07",
+        ),
+        ("wrong-oscillator", LITTLE, "COM-07"),
+        ("needs-longer-pause", HASTE, "NMT-02"),
+        ("needs-longer-pause", CUT.replace("300ms", "200ms"), "NMT-02"),
+        ("debounce-capped", LONG, "COM-10"),
+        ("debounce-signed", LONG, "COM-10"),
+        ("debounce-too-short", LONG, "KEY-05"),
+        ("led-frame-lights-while-echoing", DARK, "COM-12"),
+    ],
+)
+def test_silence_and_strange_times_are_looked_into(
+    model: str, text: str, requirement: str
+) -> None:
+    """Another bit rate, a longer pause, another debounce time: what is found out is blamed."""
+    assert broken(text, model) == {requirement}
+    assert broken(text) == frozenset()
+
+
+def test_late_is_not_lost() -> None:
+    """What a scenario ends too soon to show is waited for, and then it is late (KEY-05)."""
+    text = "operational debounce=1 sync_time=255: 60ms keys 100"
+    assert broken(text, "sync-time-adds-to-debounce") == {"KEY-05"}
     assert broken(text) == frozenset()
 
 
