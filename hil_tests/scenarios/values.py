@@ -27,6 +27,9 @@ _FAST = (1, 2, 3)
 
 _SLOW = (4, 5, 6)
 
+_UNLIKELY = (2, 3, 7)
+"""Debounce times that nobody takes another one for: or it might have been kept (COM-06)."""
+
 _SHOW_NS = 150 * MS
 """After the debounce time: scan, key frame, and some more."""
 
@@ -42,12 +45,12 @@ Row = tuple[int, int, int, int, int]
 def _of_code(byte: int) -> Row:
     """Each bit-rate code, with heartbeat times near powers of two."""
     beat_ms = 200 if byte in _SLOW else _NEAR_POWERS[byte * 7 % len(_NEAR_POWERS)]
-    return 2, byte, beat_ms, byte * 77 % BYTES, byte % 2
+    return 2, byte, beat_ms, byte * 77 % BYTES, _UNLIKELY[byte % 3]
 
 
 def _of_beat(byte: int) -> Row:
     """Each high byte of the heartbeat time, the low one full; and each sync time."""
-    return 4, _FAST[byte % 3], byte << 8 | 0xFF, byte, byte % 3
+    return 4, _FAST[byte % 3], byte << 8 | 0xFF, byte, _UNLIKELY[byte % 3]
 
 
 def _of_debounce(byte: int) -> Row:
@@ -57,7 +60,7 @@ def _of_debounce(byte: int) -> Row:
 
 def _neutral(byte: int) -> Row:
     """A sync time that makes the sum of all bytes zero, or their exclusive or."""
-    code, beat_ms, debounce = _FAST[byte % 3], _CALM_MS[byte // 3 % 4], byte % 4
+    code, beat_ms, debounce = _FAST[byte % 3], _CALM_MS[byte // 3 % 4], _UNLIKELY[byte % 3]
     node_id, high, low = 1 + byte % 15, beat_ms >> 8, beat_ms & 0xFF
     total = -(node_id + code + high + low + debounce) % BYTES
     odd = node_id ^ code ^ high ^ low ^ debounce
