@@ -7,6 +7,7 @@ gone then. What was stored on purpose is the test's to put back.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import attrs
@@ -16,6 +17,7 @@ from hil_tests.bench.facilities import Faults
 from hil_tests.bench.stage import Stage
 from hil_tests.bench.terms import expected_of
 from hil_tests.config import Cia301Parameters, Cia301Profile, Setup
+from hil_tests.config.parameters import CIA301_NODE_IDS
 from hil_tests.judge.causal import Seen
 from hil_tests.judge.cobs import Nmt, State
 from hil_tests.judge.expected import Expected, Family
@@ -41,13 +43,20 @@ def spoken(sheet: Sheet, node_id: int) -> Iterator[tuple[int, Role]]:
             yield value & _IDENTIFIER, role
 
 
+@lru_cache(maxsize=len(CIA301_NODE_IDS))
+def _spoken_by(eds: str, node_id: int) -> tuple[tuple[int, Role], ...]:
+    """The same of the device under test: a bench asks for it as often as it is opened."""
+    from hil_tests.eds import sheet_of_device  # noqa: PLC0415 - where a device has one
+
+    return tuple(spoken(sheet_of_device(eds), node_id))
+
+
 class Cia301Bench(Bench):
     """Everything that a test of a device with an object dictionary can do and see."""
 
     profile: Cia301Profile
     home: Cia301Parameters
     parameters: Cia301Parameters
-    _sheet: Sheet | None = None
 
     def __init__(self, stage: Stage, profile: Cia301Profile, parameters: Cia301Parameters) -> None:
         super().__init__(stage, profile, parameters)
@@ -68,11 +77,7 @@ class Cia301Bench(Bench):
         """The identifiers of its data sheet: more than four PDOs, further SDO servers."""
         if self.profile.eds is None:
             return ()
-        if self._sheet is None:
-            from hil_tests.eds import read_sheet  # noqa: PLC0415 - where a device has one
-
-            self._sheet = read_sheet(self.profile.eds)
-        return tuple(spoken(self._sheet, node_id))
+        return _spoken_by(self.profile.eds, node_id)
 
     # Where tests start from.
 

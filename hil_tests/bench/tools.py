@@ -33,11 +33,11 @@ def sheet(bench: Bench) -> Sheet:
     Raises:
         NotRun: its profile names none.
     """
-    from hil_tests.eds import read_sheet  # noqa: PLC0415 - where a test asks for it
+    from hil_tests.eds import sheet_of_device  # noqa: PLC0415 - where a test asks for it
 
     if bench.profile.eds is None:
         raise NotRun(f"{bench.profile.path} names no EDS; add eds = FILE to its [device]")
-    return read_sheet(bench.profile.eds)
+    return sheet_of_device(bench.profile.eds)
 
 
 def lss(bench: Bench) -> Lss:

@@ -7,7 +7,7 @@ file with faults is read as far as it can be; `nodeproof eds` lists what is wron
 from hil_tests.eds.findings import Finding, Severity
 from hil_tests.eds.lint import lint
 from hil_tests.eds.objects import Object
-from hil_tests.eds.sheet import Device, Group, Sheet, read_sheet
+from hil_tests.eds.sheet import Device, Group, Sheet, read_sheet, sheet_of_device
 from hil_tests.eds.values import Value
 
 __all__ = [
@@ -20,4 +20,5 @@ __all__ = [
     "Value",
     "lint",
     "read_sheet",
+    "sheet_of_device",
 ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Protocol
 
@@ -142,6 +143,16 @@ def read_sheet(path: str | Path) -> Sheet:
         ConfigError: the file cannot be opened, or it is far too large.
     """
     return sheet_of(read_document(path))
+
+
+@lru_cache(maxsize=4)  # a bench asks for it as often as it is opened
+def sheet_of_device(path: str) -> Sheet:
+    """The data sheet of a device under test: read once, for nobody changes it in a run.
+
+    Raises:
+        ConfigError: see `read_sheet`.
+    """
+    return read_sheet(path)
 
 
 def sheet_of(document: Document) -> Sheet:

@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from hil_tests.bench.drivers.terminal import Capture
     from hil_tests.bench.real import RealStage
     from hil_tests.bench.stage import Stage
+    from node_model.devices import Blueprint
 
 _DEFAULT_RATE = 250_000
 """What the source falls back to; used where nobody says at which rate the bus runs."""
@@ -85,34 +86,45 @@ def open_bench(plan: Plan, capture: Capture | None = None) -> Bench:
         from hil_tests.replay.stage import ReplayStage  # noqa: PLC0415 - only there
 
         replayed = ReplayStage(plan.recording.sample(), plan.facilities)
-        return _seeded(bench_for(replayed, plan.profile, plan.home), plan)
+        return bench_on(replayed, plan)
     stage = _virtual(plan) if plan.device == VIRTUAL else _real(plan, capture)
     with ExitStack() as undo:
         undo.callback(stage.close)
-        bench = _seeded(bench_for(stage, plan.profile, plan.home), plan)
+        bench = bench_on(stage, plan)
         if not plan.virtual and bench.bitrate:
             bench.bitrate.set(stage.bit_rate)
         undo.pop_all()
     return bench
 
 
-def _seeded(bench: Bench, plan: Plan) -> Bench:
+def bench_on(stage: Stage, plan: Plan) -> Bench:
+    """The bench that a plan asks for, on a stage."""
+    bench = bench_for(stage, plan.profile, plan.home)
     bench.seed = plan.settings["can_seed"]
     return bench
 
 
 def _virtual(plan: Plan) -> Stage:
     from hil_tests.bench.virtual import VirtualStage  # noqa: PLC0415 - the model, when needed
-    from node_model import devices  # noqa: PLC0415
 
     try:
-        device = devices.read(plan.profile.path, plan.mutant, plan.settings["can_eds"])
-        return VirtualStage(device, plan.bench_name)
+        return VirtualStage(blueprint_of(plan), plan.bench_name)
     except ValueError as error:
         raise ConfigError(
             f"{plan.profile.path}: the bundled model cannot be this device"
             f" ({error}); test the device itself with --can-iface NAME"
         ) from error
+
+
+def blueprint_of(plan: Plan) -> Blueprint[Any]:
+    """The model that stands for the device in virtual time.
+
+    Raises:
+        UnknownDeviceError: the profile describes no device that it can be.
+    """
+    from node_model import devices  # noqa: PLC0415 - the model, when needed
+
+    return devices.read(plan.profile.path, plan.mutant, plan.settings["can_eds"])
 
 
 def _real(plan: Plan, capture: Capture | None) -> Stage:

@@ -80,7 +80,7 @@ class PdoService(QuietService):
         for pdo in self._pdos:
             od.observe(pdo.parameters.index, self._set_up)
         mappable = {entry.index for entry in od.entries.values() if entry.pdo}
-        self.timed_by = mappable.union(self.set_up_by)
+        self.timed_by = mappable.union(filter(self.set_up_by.__contains__, od.indices))
         for index in sorted(mappable):
             od.observe(index, partial(self.written, index))
         sync.tell(self.on_sync)

@@ -3,7 +3,8 @@
 Pytest collects the tests once. A test is then called as the plugin calls it, on a bench
 whose virtual stage holds the model: the device is a parameter of the world. Each model has
 a process of its own, forked from the warm one, so nothing that ran before reaches it; a
-model that hangs or breaks its process is told from one that passes.
+model that hangs or breaks its process is told from one that passes. A test in which a model does
+just what the right one does is not run again, see `alike`.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import zip_longest
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
@@ -24,11 +27,15 @@ import pytest
 
 from hil_tests.bench.bench import Bench
 from hil_tests.bench.tools import tool
+from hil_tests.bench.virtual import VirtualStage
 from hil_tests.judge.verdict import Outcome
 from hil_tests.run import outcome, stash
-from hil_tests.run.opening import open_bench
+from hil_tests.run.opening import bench_on, blueprint_of
 from hil_tests.run.plan import Plan
 from hil_tests.trace import Sink
+from node_model.devices import Blueprint
+from node_model.node import Panel
+from tests.meta.alike import Asked, is_alike, witnessed
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = 8
@@ -222,24 +229,71 @@ def _findings(bench: Bench, claimed: str) -> Iterator[Finding]:
             yield Finding(*kind, str(verdict)[:TEXT])
 
 
-def try_model(suite: Suite, name: str) -> Trial:
-    """Put one model under every test; "" = the right one."""
+@dataclass(frozen=True, slots=True)
+class Known:
+    """A test that was run on the right model.
+
+    Args:
+        result: what came of it.
+        asked: of the model in it.
+    """
+
+    result: Result
+    asked: Sequence[Asked]
+
+
+def witness(suite: Suite) -> list[Known]:
+    """Put the right model under every test, and write down what is asked of it."""
+    blueprint = blueprint_of(suite.plan)
+    known = []
+    for case in suite.cases:
+        asked: list[Asked] = []
+        make = partial(_behind_a_witness, blueprint, asked)
+        result = _try_alone(suite.plan, case, replace(blueprint, maker=make))
+        known.append(Known(result, asked))
+    return known
+
+
+def _behind_a_witness(
+    blueprint: Blueprint[Any], asked: list[Asked], facts: object, image: bytes
+) -> Panel:
+    return witnessed(blueprint.maker(facts, image), image, asked)
+
+
+def try_model(suite: Suite, name: str, known: Sequence[Known] = ()) -> Trial:
+    """Put one model under every test, each on a bench of its own; "" = the right one.
+
+    Args:
+        suite: the tests.
+        name: of the model.
+        known: what came of each test on the right model. A test in which this one does the very
+            same, see `alike`, is not run again.
+    """
     began = time.process_time()
     plan = replace(suite.plan, mutant=name or None)
-    bench = open_bench(plan)
-    made: dict[str, object] = {}
-    results = [try_case(case, bench, plan, made=made) for case in suite.cases]
+    blueprint = blueprint_of(plan)
+    results = []
+    for case, right in zip_longest(suite.cases, known):
+        if right is not None and is_alike(blueprint.make, right.asked):
+            results.append(right.result)
+        else:
+            results.append(_try_alone(plan, case, blueprint))
     told = tuple(each for each in results if each.outcome != outcome.PASSED or each.findings)
     return Trial(name, told, seconds=time.process_time() - began)
+
+
+def _try_alone(plan: Plan, case: Case, blueprint: Blueprint[Any]) -> Result:
+    bench = bench_on(VirtualStage(blueprint, plan.bench_name), plan)
+    return try_case(case, bench, plan)
 
 
 class _Worker:
     """A process that tries one model, forked from this one."""
 
-    def __init__(self, suite: Suite, name: str) -> None:
+    def __init__(self, suite: Suite, name: str, known: Sequence[Known]) -> None:
         self.name = name
         self.pipe, answer = _CONTEXT.Pipe(duplex=False)
-        self._process = _CONTEXT.Process(target=_serve, args=(suite, name, answer))
+        self._process = _CONTEXT.Process(target=_serve, args=(suite, name, known, answer))
         self._process.start()
         answer.close()
         self._began = time.monotonic()
@@ -263,23 +317,24 @@ class _Worker:
         return trial
 
 
-def _serve(suite: Suite, name: str, answer: Connection) -> None:
+def _serve(suite: Suite, name: str, known: Sequence[Known], answer: Connection) -> None:
     # The process ends with its model: to look for garbage costs a quarter of its time, to keep
     # it a hundred megabytes.
     gc.disable()
-    answer.send(try_model(suite, name))
+    answer.send(try_model(suite, name, known))
 
 
-def warm_up(suite: Suite) -> None:
+def warm_up(suite: Suite) -> list[Known]:
     """Do once what every process that is forked from this one would have to do again.
 
     Half of a second that a model takes goes into what is the same for all: tables that are
     made when first asked for, the constants that Hypothesis reads from the sources, bytecode
     that specialises. What was made for the right model holds nothing of it.
     """
-    try_model(suite, "")
+    known = witness(suite)
     gc.collect()
     gc.freeze()  # else each process would write into pages that it shares with this one
+    return known
 
 
 def try_each(suite: Suite, names: Sequence[str], workers: int) -> Iterator[Trial]:
@@ -293,12 +348,11 @@ def try_each(suite: Suite, names: Sequence[str], workers: int) -> Iterator[Trial
     if not workers:
         yield from (try_model(suite, name) for name in names)
         return
-    if len(names) > MANY:
-        warm_up(suite)
+    known = warm_up(suite) if len(names) > MANY else []
     left, busy = list(reversed(names)), list[_Worker]()
     while left or busy:
         while left and len(busy) < workers:
-            busy.append(_Worker(suite, left.pop()))
+            busy.append(_Worker(suite, left.pop(), known))
         wait([each.pipe for each in busy], timeout=1.0)
         over = [each for each in busy if each.is_over()]
         busy = [each for each in busy if each not in over]
