@@ -298,11 +298,11 @@ class Player:
         return self._own.bit_rate
 
     def _load(self, what: str) -> None:
+        """The bus is loaded to that share from now on, whatever it was loaded to before."""
         share_ppm, frames = words.loading(what)
+        self.bench.end_load()
         if share_ppm:
             self.bench.needs_load(frames, share_ppm)
-        else:
-            self.bench.end_load()
 
     def _post(self, frame: Frame) -> bool:
         """Queue a frame; False where there is nobody who would acknowledge it.

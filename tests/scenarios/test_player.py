@@ -245,6 +245,16 @@ def test_a_load_that_a_bench_cannot_make_is_not_run() -> None:
         player.do(Step(0, "load", "60% high"))
 
 
+@pytest.mark.parametrize("before", ["", "0ms load 20% low; ", "0ms load 90% low; 0ms load 20% low; "])
+def test_a_load_ends_the_one_before(before: str) -> None:
+    """A share is that of the whole bus: what was loaded before adds little that still waits."""
+    lab = Lab()
+    lab.play(scenario(f"operational heartbeat_ms=0: {before}0ms load 20% low; 1s load off"))
+    loaded = len(lab.bench.trace)
+    lab.play(scenario("operational heartbeat_ms=0: 0ms load 20% low; 1s load off"))
+    assert len(lab.bench.trace) <= loaded <= len(lab.bench.trace) + 8
+
+
 def test_a_lab_finds_nothing_where_nothing_can_be_played() -> None:
     """Frames that the wire cannot carry are not run."""
     assert Lab().play(scenario("operational: 0ms wait")) is None
