@@ -101,7 +101,11 @@ class BitRateDriver(Protocol):
 
 
 class HealthDriver(Protocol):
-    """Asks the host of a model how late it was; for hosted models only."""
+    """Asks how late the host of a simulated device was."""
 
     def late(self) -> Action[Sequence[tuple[int, int]]]:
-        """Pairs (due, sent) in ns since the last call: frames that the *host* sent late."""
+        """Pairs (due, sent) in ns since the last call.
+
+        What was seen in between may have been due as early as `due`; that is the *host's*
+        time.
+        """

@@ -110,7 +110,7 @@ def loading(now: int, frames: Sequence[Frame], share_ppm: int) -> Moment:
 
 
 def lateness(began_at: int, now: int, pairs: Iterable[tuple[int, int]]) -> Moment:
-    """The host of a model told what it sent late: pairs of due and sent."""
+    """The host of a simulated device was late: pairs of due and sent."""
     return Moment("late", began_at, now, {"pairs": [list(pair) for pair in pairs]})
 
 

@@ -24,6 +24,7 @@ from hil_tests.bench.drivers.control import (
     ControlLeds,
     ControlPower,
 )
+from hil_tests.bench.drivers.neighbour import NeighbourHealth
 from hil_tests.bench.drivers.operator import (
     OperatorFaults,
     OperatorKeys,
@@ -105,6 +106,10 @@ class RealStage:
             check()
         while self.port.next(self.port.now()) is not None:
             pass
+
+    def at_end(self, do: Callable[[], object]) -> None:
+        """Do this when the bench is closed, before all that was asked for earlier."""
+        self._leave.callback(do)
 
     def close(self) -> None:
         """Close everything, in reverse order."""
@@ -207,6 +212,17 @@ def fit_control(
         setattr(stage, name, makers[name]())
     if "health" in session.can:
         stage.health = ControlHealth(session)
+    elif "bus" in session.can:
+        _look_on(stage, session)
+
+
+def _look_on(stage: RealStage, session: ControlSession) -> None:
+    """A simulated device that runs here: the kernel knows when its process had to wait."""
+    with suppress(OSError):
+        if pids := session.processes():
+            health = NeighbourHealth(pids, stage.port.now)
+            stage.at_end(health.close)
+            stage.health = health
 
 
 def fit_from_file(

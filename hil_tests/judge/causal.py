@@ -15,7 +15,8 @@ On an untimed wire a frame is asked for at its stamp, within the stamp's doubt.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from bisect import bisect_left, insort
+from collections.abc import Callable, Iterator
 from operator import sub
 from typing import NamedTuple
 
@@ -239,29 +240,34 @@ class Lateness:
     def __init__(self, slack_ns: int = 2_000_000) -> None:
         self._slack_ns = slack_ns
         self._pairs: list[tuple[int, int]] = []
+        """When it was sent and when that was due, in the order of sending."""
+        self.worst_ns = 0
+        """The largest lateness so far."""
 
     def add(self, due_at: int, sent_at: int) -> None:
         """The host sent at `sent_at` what was due at `due_at`."""
-        self._pairs.append((due_at, sent_at))
-
-    @property
-    def worst_ns(self) -> int:
-        """The largest lateness so far."""
-        return max((sent - due for due, sent in self._pairs), default=0)
+        insort(self._pairs, (sent_at, due_at))
+        self.worst_ns = max(self.worst_ns, sent_at - due_at)
 
     def __len__(self) -> int:
         return len(self._pairs)
 
+    def _due(self, due_by: int, sent_from: int) -> Iterator[int]:
+        """When that was due which was due by one instant and sent from another on."""
+        pairs = self._pairs
+        first = bisect_left(pairs, (sent_from,))
+        # Nothing was later than the latest.
+        last = bisect_left(pairs, (due_by + self.worst_ns + 1,), first)
+        return (due for _, due in pairs[first:last] if due <= due_by)
+
     def held_back(self, limit_at: int, until: int) -> bool:
         """The host kept something back that was due by `limit_at`, and still at `until`."""
-        return any(due <= limit_at and sent >= until for due, sent in self._pairs)
+        return any(True for _ in self._due(limit_at, until))
 
     def widen(self, seen: Seen) -> Interval:
         """The interval of a frame's request, with the host's lateness in it."""
         if not self._pairs:
             return seen.wanted
         earliest, latest = seen.wanted
-        for due, sent in self._pairs:
-            if due < earliest and due <= seen.at <= sent + self._slack_ns:
-                earliest = due
-        return Interval(earliest, latest)
+        due = self._due(seen.at, seen.at - self._slack_ns)
+        return Interval(min((earliest, *due)), latest)

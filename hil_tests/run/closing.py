@@ -161,8 +161,8 @@ def closing_lines(ledger: Ledger) -> list[str]:
     lines = [f"{', '.join(shown) or 'nothing was run'}; {seen}"]
     if account.stalls or account.late_frames:
         lines.append(
-            f"the host was busy: the suite was stopped {account.stalls} times, the model sent"
-            f" {account.late_frames} frames late (worst {show_span(account.host_late_ns)})"
+            f"the host was busy: the suite was stopped {account.stalls} times, the simulated"
+            f" device {account.late_frames} times late (worst {show_span(account.host_late_ns)})"
         )
     lines += characteristic_lines(ledger)
     lines.append(f"results and traces: {ledger.folder.path}")

@@ -51,7 +51,7 @@ class Account:
         bus_ns: time that passed on the bus.
         frames: that were seen.
         stalls: how often the host stopped the suite.
-        late_frames: that a hosted model sent late.
+        late_frames: how often the host of a simulated device was late.
         host_late_ns: the worst of these.
     """
 

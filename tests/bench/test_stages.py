@@ -9,7 +9,8 @@ import pytest
 
 from hil_tests.bench import real
 from hil_tests.bench.drivers.command import CommandPower
-from hil_tests.bench.drivers.control import ControlKeys, ControlPower
+from hil_tests.bench.drivers.control import ControlHealth, ControlKeys, ControlPower
+from hil_tests.bench.drivers.neighbour import NeighbourHealth
 from hil_tests.bench.drivers.operator import OperatorLeds
 from hil_tests.bench.virtual import VirtualStage
 from hil_tests.clock import MS, S, exactly
@@ -191,6 +192,27 @@ def test_a_server_that_lacks_what_the_file_says(tmp_path: Path) -> None:
         pytest.raises(ControlError, match="its hello lacks keys"),
     ):
         fitted(tmp_path, CONTROLLED, address)
+
+
+@pytest.mark.parametrize(
+    ("can", "health"),
+    [
+        (["power", "bus"], NeighbourHealth),
+        (["power", "bus", "health"], ControlHealth),
+        (["power"], type(None)),
+    ],
+)
+def test_a_simulated_device_on_this_machine_is_looked_at(
+    tmp_path: Path, can: list[str], health: type
+) -> None:
+    """Where it tells its lateness itself, it is asked; a real one has no process to look at."""
+    with scripted(tmp_path, [answer()], can=can) as address, ExitStack() as leave:
+        stage = real.RealStage(
+            "desk", FakePort(), 125_000, exclusive=True, writes_allowed=True, leave=leave
+        )
+        session = real.open_session(stage, address, leave)
+        real.fit_control(stage, session, ["power"], [])
+        assert isinstance(stage.health, health)
 
 
 @pytest.mark.parametrize(

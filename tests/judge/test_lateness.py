@@ -50,3 +50,16 @@ def test_what_the_host_kept_back_is_not_missing(due: int, sent: int, held: bool)
     lateness.add(due, sent)
 
     assert lateness.held_back(limit_at=50, until=100) is held
+
+
+def test_of_many_late_frames_only_those_around_it_count() -> None:
+    """In whatever order they were told; a long lateness reaches over short ones."""
+    lateness = Lateness(slack_ns=0)
+    for due, sent in [(500, 510), (10, 700), (90, 115), (300, 310), (95, 120)]:
+        lateness.add(due, sent)
+    seen = Seen(BEAT, 116, Interval(100, 110), own=False, index=0)
+    assert lateness.widen(seen) == Interval(10, 110)
+    late = Seen(BEAT, 701, Interval(690, 700), own=False, index=1)
+    assert lateness.widen(late) == late.wanted
+    assert lateness.held_back(limit_at=10, until=700)
+    assert not lateness.held_back(limit_at=9, until=700)

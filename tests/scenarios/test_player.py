@@ -245,7 +245,7 @@ def test_a_load_that_a_bench_cannot_make_is_not_run() -> None:
         player.do(Step(0, "load", "60% high"))
 
 
-@pytest.mark.parametrize("before", ["", "0ms load 20% low; ", "0ms load 90% low; 0ms load 20% low; "])
+@pytest.mark.parametrize("before", ["", "0ms load 20% low; ", "0ms load 90% low; "])
 def test_a_load_ends_the_one_before(before: str) -> None:
     """A share is that of the whole bus: what was loaded before adds little that still waits."""
     lab = Lab()

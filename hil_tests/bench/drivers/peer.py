@@ -20,6 +20,7 @@ from collections.abc import Callable, Mapping
 from decimal import Decimal
 from typing import NoReturn
 
+from hil_tests.bench.drivers.neighbour import processes_behind
 from hil_tests.clock import S
 from hil_tests.errors import ControlError
 
@@ -128,6 +129,12 @@ class ControlSession:
         self._check()
         assert self._socket is not None
         return self._socket.fileno()
+
+    def processes(self) -> list[int]:
+        """The processes that answer, where they run on this machine."""
+        self._check()
+        assert self._socket is not None
+        return processes_behind(self._socket)
 
     @property
     def unsent(self) -> bool:

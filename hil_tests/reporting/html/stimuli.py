@@ -87,7 +87,7 @@ def _load(moment: Moment) -> str:
 def _late(moment: Moment) -> str:
     pairs = moment.detail.get("pairs")
     count = len(pairs) if isinstance(pairs, list) else 0
-    return f"the host of the model sent {count} frame{'s' * (count != 1)} late"
+    return f"the host of the simulated device was late {count} time{'s' * (count != 1)}"
 
 
 _TOLD: Mapping[str, Callable[[Moment], str]] = {
