@@ -149,17 +149,15 @@ def test_time_that_was_taken_from_the_machine_is_the_hosts() -> None:
 
 def test_questions_are_answered_when_the_process_has_done_its_work() -> None:
     """Or after a second, where it never has."""
-    scene = Scene()
-    health = NeighbourHealth.__new__(NeighbourHealth)
-    health._witness = scene.witness
-    asking = health.late()
-    asking.start(scene.account.now)
-    scene.account.state = "R"
-    assert not asking.poll(scene.account.now)
-    assert asking.wake_at > scene.account.now
-    scene.account.state = "S"
-    assert asking.poll(scene.account.now)
-    scene.account.state = "R"
+    account = Told()
+    asking = NeighbourHealth(account, account.clock).late()
+    asking.start(account.now)
+    account.state = "R"
+    assert not asking.poll(account.now)
+    assert asking.wake_at > account.now
+    account.state = "S"
+    assert asking.poll(account.now)
+    account.state = "R"
     assert not asking.poll(1 * S + 1 * S - 1)
     assert asking.poll(1 * S + 1 * S)
     assert asking.result() == []
@@ -237,6 +235,7 @@ def test_states_are_the_letters_behind_the_name(tmp_path: Path) -> None:
 def test_stolen_time_counts_in_ticks_from_the_beginning(tmp_path: Path) -> None:
     """A kernel that does not tell has stolen nothing."""
     proc = Proc(tmp_path)
+    proc.thread(7, 0)
     proc.steal(5)
     with proc.account() as account:
         assert account.stolen() == 0
@@ -250,7 +249,7 @@ def test_stolen_time_counts_in_ticks_from_the_beginning(tmp_path: Path) -> None:
 def test_a_process_without_an_account_is_refused() -> None:
     """The kernel keeps none of a process that does not exist."""
     with pytest.raises(OSError, match="keeps no account of 999999999"):
-        NeighbourHealth([999_999_999], lambda: 0)
+        ProcAccount([999_999_999])
 
 
 @pytest.mark.slow
@@ -267,7 +266,11 @@ def test_a_process_that_somebody_stops_is_late() -> None:
             now += 1
             return now
 
-        with closing(NeighbourHealth([child.pid], clock)) as health:
+        with (
+            closing(ProcAccount([child.pid])) as account,
+            closing(NeighbourHealth(account, clock)) as health,
+        ):
+            health.look_on()
             child.send_signal(signal.SIGSTOP)
             os.waitid(os.P_PID, child.pid, os.WSTOPPED)
             asking = health.late()
@@ -322,7 +325,9 @@ def test_a_peer_elsewhere_is_nobody_here(tmp_path: Path) -> None:
     (tmp_path / "net").mkdir()
     for table in ("tcp", "tcp6"):
         (tmp_path / "net" / table).write_text(heads)
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        with socket.create_connection(server.getsockname()) as client:
-            assert processes_behind(client, tmp_path) == []
-            assert processes_behind(client, tmp_path / "nowhere") == []
+    with (
+        socket.create_server(("127.0.0.1", 0)) as server,
+        socket.create_connection(server.getsockname()) as client,
+    ):
+        assert processes_behind(client, tmp_path) == []
+        assert processes_behind(client, tmp_path / "nowhere") == []

@@ -62,6 +62,9 @@ class ProcAccount:
     Args:
         pids: which.
         proc: where procfs is mounted.
+
+    Raises:
+        OSError: there is no account of them, or it may not be read.
     """
 
     def __init__(self, pids: Sequence[int], proc: Path = PROC) -> None:
@@ -69,6 +72,9 @@ class ProcAccount:
         self._open: dict[Path, tuple[int, int]] = {}
         """Of each thread: its account and its state, as open files."""
         self._waited: dict[Path, int] = {}
+        self._count()
+        if not self._open:
+            raise OSError(f"the kernel keeps no account of {', '.join(map(str, pids))}")
         self._looks = 0
         self._machine = os.open(proc / "stat", os.O_RDONLY)
         self._tick_ns = S // os.sysconf("SC_CLK_TCK")
@@ -76,9 +82,9 @@ class ProcAccount:
 
     def waited(self) -> int:
         """See Account."""
+        self._looks += 1
         if self._looks % _COUNTED_ANEW == 0:
             self._count()
-        self._looks += 1
         waited_ns = 0
         for thread, (account, _) in list(self._open.items()):
             try:
@@ -238,24 +244,20 @@ class _Asking:
 
 
 class NeighbourHealth:
-    """See HealthDriver; looks on in a thread of its own until it is closed.
+    """See HealthDriver.
 
     Args:
-        pids: the processes of the device, on this machine.
+        account: of the device's process.
         clock: the bench's, in ns.
-
-    Raises:
-        OSError: there is no account of them, or it may not be read.
     """
 
-    def __init__(self, pids: Sequence[int], clock: Callable[[], int]) -> None:
-        self._account = ProcAccount(pids)
-        self._witness = Witness(self._account, clock)
-        if not self._account:
-            self._account.close()
-            raise OSError(f"the kernel keeps no account of {', '.join(map(str, pids))}")
+    def __init__(self, account: Account, clock: Callable[[], int]) -> None:
+        self._witness = Witness(account, clock)
         self._end = Event()
         self._looker = Thread(target=self._look_on, name="looks at the device", daemon=True)
+
+    def look_on(self) -> None:
+        """Look again and again, in a thread of its own, until it is closed."""
         self._looker.start()
 
     def _look_on(self) -> None:
@@ -270,7 +272,6 @@ class NeighbourHealth:
         """Look no more."""
         self._end.set()
         self._looker.join()
-        self._account.close()
 
 
 # Who is at the other end?
