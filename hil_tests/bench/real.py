@@ -24,7 +24,7 @@ from hil_tests.bench.drivers.control import (
     ControlLeds,
     ControlPower,
 )
-from hil_tests.bench.drivers.neighbour import NeighbourHealth, ProcAccount
+from hil_tests.bench.drivers.neighbour import NeighbourHealth
 from hil_tests.bench.drivers.operator import (
     OperatorFaults,
     OperatorKeys,
@@ -220,10 +220,7 @@ def _look_on(stage: RealStage, session: ControlSession) -> None:
     """A simulated device that runs here: the kernel knows when its process had to wait."""
     with suppress(OSError):
         if pids := session.processes():
-            account = ProcAccount(pids)
-            stage.at_end(account.close)
-            health = NeighbourHealth(account, stage.port.now)
-            health.look_on()
+            health = NeighbourHealth(pids)
             stage.at_end(health.close)
             stage.health = health
 

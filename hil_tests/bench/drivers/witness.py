@@ -1,0 +1,267 @@
+"""How long a process on this machine was kept from running; a process of its own, which looks on.
+
+    python -m hil_tests.bench.drivers.witness PID...
+
+Whatever comes in is answered by a line: pairs of due and sent in JSON. It ends with its input.
+
+Linux keeps the account: how long each thread was ready to run and had no processor, whether the
+process is stopped, and how much of a virtual machine's time its own host took. What was sent
+afterwards may have been due as much earlier.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import sys
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from contextlib import closing, suppress
+from pathlib import Path
+from typing import Protocol
+
+from hil_tests.clock import MS, US, S
+
+PROC = Path("/proc")
+
+LOOK_NS = 2 * MS
+"""How often the account is read; by so much more than it waited is a frame widened at most."""
+
+FULLY = 5
+"""Of so many looks one asks for what seldom changes, and costs more."""
+
+ENOUGH_NS = 200 * US
+"""Who waited for less was not late: every process waits that long now and then."""
+
+_MEMORY_NS = 250 * MS
+"""A process that never sleeps is late by what it waited in this time, not by all it ever did."""
+
+PATIENCE = 500
+"""So many looks, a second, a process has to do what was due before the bus is judged."""
+
+_COUNTED_ANEW = 50
+"""The threads are counted again after so many looks."""
+
+
+class Account(Protocol):
+    """What is known of a process from outside."""
+
+    def waited(self) -> int:
+        """How many ns its threads waited for a processor since the last call, together."""
+
+    def states(self) -> frozenset[str]:
+        """What its threads do, in the letters of procfs: R, S, D, T, t and so on."""
+
+    def stolen(self) -> int:
+        """How many ns this machine's own host took from it since the last call."""
+
+
+class ProcAccount:
+    """The account that procfs gives of every thread of some processes (proc(5)).
+
+    Args:
+        pids: which.
+        proc: where procfs is mounted.
+
+    Raises:
+        OSError: there is no account of them, or it may not be read.
+    """
+
+    def __init__(self, pids: Sequence[int], proc: Path = PROC) -> None:
+        self._folders = [proc / str(pid) / "task" for pid in pids]
+        self._open: dict[Path, tuple[int, int]] = {}
+        """Of each thread: its account and its state, as open files."""
+        self._waited: dict[Path, int] = {}
+        self._count()
+        if not self._open:
+            raise OSError(f"the kernel keeps no account of {', '.join(map(str, pids))}")
+        self._looks = 0
+        self._machine = os.open(proc / "stat", os.O_RDONLY)
+        self._tick_ns = S // os.sysconf("SC_CLK_TCK")
+        self._stolen = self._ticks_stolen()
+
+    def waited(self) -> int:
+        """See Account."""
+        self._looks += 1
+        if self._looks % _COUNTED_ANEW == 0:
+            self._count()
+        waited_ns = 0
+        for thread, (account, _) in list(self._open.items()):
+            try:
+                total = int(os.pread(account, 64, 0).split()[1])
+            except (OSError, IndexError, ValueError):
+                self._forget(thread)  # it has ended
+                continue
+            waited_ns += total - self._waited.get(thread, total)
+            self._waited[thread] = total
+        return waited_ns
+
+    def states(self) -> frozenset[str]:
+        """See Account."""
+        found = set()
+        for _, file in self._open.values():
+            with suppress(OSError, IndexError):
+                # The name of the program stands in brackets, and may hold anything.
+                found.add(os.pread(file, 512, 0).rpartition(b")")[2].split()[0].decode("ascii"))
+        return frozenset(found)
+
+    def stolen(self) -> int:
+        """See Account; in whole ticks."""
+        before, self._stolen = self._stolen, self._ticks_stolen()
+        return (self._stolen - before) * self._tick_ns
+
+    def _ticks_stolen(self) -> int:
+        words = os.pread(self._machine, 256, 0).split()
+        return int(words[8]) if len(words) > 8 and words[8].isdigit() else 0
+
+    def _count(self) -> None:
+        for folder in self._folders:
+            with suppress(OSError):
+                for thread in folder.iterdir():
+                    if thread not in self._open:
+                        self._watch(thread)
+
+    def _watch(self, thread: Path) -> None:
+        with suppress(OSError):
+            account = os.open(thread / "schedstat", os.O_RDONLY)
+            try:
+                self._open[thread] = account, os.open(thread / "stat", os.O_RDONLY)
+            except OSError:
+                os.close(account)
+
+    def _forget(self, thread: Path) -> None:
+        for file in self._open.pop(thread):
+            os.close(file)
+        self._waited.pop(thread, None)
+
+    def __len__(self) -> int:
+        return len(self._open)
+
+    def close(self) -> None:
+        """Close every file."""
+        for thread in list(self._open):
+            self._forget(thread)
+        os.close(self._machine)
+
+
+class Witness:
+    """Turns looks at an account into pairs: what was sent by then can have been due since when.
+
+    Args:
+        account: of the device's process.
+        clock: the bench's, in ns.
+    """
+
+    def __init__(self, account: Account, clock: Callable[[], int]) -> None:
+        self._account = account
+        self._clock = clock
+        self._looks = 0
+        self._looked_at = self._asked_at = clock()
+        """The last look, and the last one at everything."""
+        self._waits: deque[tuple[int, int]] = deque()
+        """When it had waited since it was last asleep, and how long."""
+        self._stopped_from: int | None = None
+        self._pairs: list[tuple[int, int]] = []
+        account.waited()
+
+    def look(self, *, fully: bool = False) -> bool:
+        """Look once.
+
+        Args:
+            fully: at everything, whether it is its turn or not.
+
+        Returns:
+            Whether everything that was due is done, as far as was looked.
+        """
+        waited_ns = self._account.waited()
+        last, now = self._looked_at, self._clock()
+        self._looked_at = now
+        self._looks += 1
+        if waited_ns:
+            self._waits.append((now, waited_ns))
+        late_ns = self._lately(now)
+        if late_ns > ENOUGH_NS:
+            self._pairs.append((last - late_ns, now))
+        if not fully and not self._waits and self._looks % FULLY:
+            return self._stopped_from is None
+        return self._ask(now)
+
+    def _ask(self, now: int) -> bool:
+        """What seldom changes."""
+        last, self._asked_at = self._asked_at, now
+        states = self._account.states()
+        stopped = not states.isdisjoint("Tt")
+        if stopped and self._stopped_from is None:
+            self._stopped_from = last
+        if self._stopped_from is not None:
+            self._pairs.append((self._stopped_from, now))
+        if stolen_ns := self._account.stolen():
+            self._pairs.append((last - stolen_ns, now))
+        done = not stopped and "R" not in states
+        if done:
+            self._stopped_from = None
+            self._waits.clear()
+        return done
+
+    def _lately(self, now: int) -> int:
+        """For how long it has waited in all since it was last asleep."""
+        waits = self._waits
+        while waits and waits[0][0] < now - _MEMORY_NS:
+            waits.popleft()
+        return sum(each for _, each in waits)
+
+    def take(self) -> list[tuple[int, int]]:
+        """The pairs since the last call."""
+        pairs, self._pairs = self._pairs, []
+        return pairs
+
+
+def look_on(
+    witness: Witness, wait: Callable[[], bytes | None], tell: Callable[[str], object]
+) -> None:
+    """Look on, and answer the bench, until it hangs up.
+
+    Args:
+        witness: looks.
+        wait: until the next look; what the bench said: None = nothing, b"" = it has hung up.
+        tell: takes a line for the bench: as soon as the process has done what was due.
+    """
+    patience = 0
+    while (said := wait()) != b"":
+        if said:
+            patience = PATIENCE
+        done = witness.look(fully=patience > 0)
+        if patience and (done or patience == 1):
+            tell(json.dumps(witness.take()))
+            patience = 0
+        patience = max(patience - 1, 0)
+
+
+def _next_word() -> bytes | None:
+    """See `look_on`."""
+    readable, _, _ = select.select([0], [], [], LOOK_NS / S)
+    return os.read(0, 64) if readable else None
+
+
+def _say(line: str) -> None:
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
+
+
+def main(pids: Sequence[str]) -> int:
+    """Look on until the input ends; status 1 where there is nothing to look at."""
+    try:
+        account = ProcAccount([int(pid) for pid in pids])
+    except OSError as error:
+        sys.stderr.write(f"{error}\n")
+        return 1
+    with closing(account), suppress(BrokenPipeError):
+        _say("ready")
+        look_on(Witness(account, time.time_ns), _next_word, _say)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
