@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from hil_tests.api import Parameters, Verdict, cobs
+from hil_tests.api import Interval, Parameters, Verdict, cobs
+from hil_tests.clock import FOREVER
 from hil_tests.judge.echoes import Request
 from hil_tests.judge.keys_time import Steps
 
@@ -41,8 +42,11 @@ class Origin:
     def __init__(self) -> None:
         self._from = ""
         self._littered = False
-        self._mixed = False
+        self._mixed: list[Interval] = []
+        """Lives that began with one set of two: from that start to the next."""
         self._unborn: tuple[str, int] | None = None
+        self._keyless = ""
+        """What its start would rest on without the keys that are held."""
         self._sure = True
         """Nothing was done that a faulty device may have changed its memory for."""
         self._older: set[Parameters] = set()
@@ -78,8 +82,11 @@ class Origin:
     def starts(self, at: int, *, held: bool) -> str:
         """It is switched on: the requirement which says that it boots as it should."""
         usual = "ROB-01" if self._littered else "NMT-02"
-        requirement = "COM-27" if held else _ORIGINS.get(self._from, usual)
-        self._mixed = self._from == "cut"
+        self._keyless = _ORIGINS.get(self._from, usual)
+        requirement = "COM-27" if held else self._keyless
+        self._mixed = [Interval(since, min(until, at)) for since, until in self._mixed]
+        if self._from == "cut":
+            self._mixed.append(Interval(at, FOREVER))
         self._unborn = (requirement, at)
         return requirement
 
@@ -92,6 +99,10 @@ class Origin:
         """Somebody has looked why it did not start, and knows better."""
         assert self._unborn is not None, "it was switched on"
         self._unborn = (requirement, self._unborn[1])
+
+    def keys_tell_nothing(self) -> None:
+        """It does not start without the keys that were held either."""
+        self.blamed(self._keyless)
 
     @property
     def blames(self) -> str:
@@ -134,11 +145,12 @@ class Origin:
     def told(self, found: Sequence[Verdict]) -> list[Verdict]:
         """Verdicts on what follows from a wrong start, on the requirement behind that start.
 
-        Times of another set than that of its node id are a mixture of both (COM-26).
+        Times of another set than that of its node id are a mixture of both (COM-26), unless
+        they are as wrong in lives that can be no mixture.
         """
-        times = _TIMES if self._mixed else frozenset()
+        plain = {each.requirement for each in found if not self._in_mixture(each)}
         verdicts = [
-            replace(each, requirement="COM-26") if each.requirement in times else each
+            replace(each, requirement="COM-26") if each.requirement in _TIMES - plain else each
             for each in found
         ]
         if self._unborn is None:
@@ -148,6 +160,11 @@ class Origin:
             replace(each, requirement=requirement) if (each.at or 0) >= since else each
             for each in verdicts
         ]
+
+    def _in_mixture(self, verdict: Verdict) -> bool:
+        """Whether it is about a life in which the parameters can be a mixture."""
+        at = verdict.at
+        return at is not None and any(since <= at < until for since, until in self._mixed)
 
 
 def _by_sync(steps: Steps, own: Parameters) -> bool:

@@ -241,6 +241,7 @@ class Player:
         elif is_silent(bench, on):
             self._end_life(bench.now())
             seek(bench, own, on, self._origin)
+            requirement = self._origin.blames
         boot_up = matchers.boot_up(own.node_id)
         bench.expect(boot_up, after=on, within=limit_ns, requirement=requirement)
         self._origin.started(own)

@@ -95,6 +95,12 @@ def seek(bench: KeypadBench, own: Parameters, on: Moment, origin: Origin) -> Non
     """
     boot_up = matchers.boot_up(own.node_id)
     bench.tolerate_missing_boot_up()
+    if bench.keys is not None and bench.held:
+        bench.keys.release()
+        if _starts(bench, boot_up, 0):
+            text = f"expected {boot_up}; none came: it starts with no key held"
+            bench.fail(text, requirement=origin.blames, since=on)
+        origin.keys_tell_nothing()
     found = sought(bench, boot_up)
     if found is None:
         return

@@ -110,6 +110,33 @@ def test_times_of_the_other_set_are_a_mixture() -> None:
     assert blamed(origin, "HB-01") == ["HB-01"]
 
 
+def test_a_mixture_ends_with_its_life() -> None:
+    """What was wrong before the cut, or is after the next start, is judged for itself."""
+    origin = Origin()
+    origin.starts(20, held=False)
+    origin.started(OLD)
+    origin.identified()
+    origin.starts(50, held=False)
+    origin.started(OLD)
+    assert blamed(origin, "HB-01", at=49) == ["HB-01"]
+    assert blamed(origin, "HB-01", at=50) == ["COM-26"]
+    assert blamed(origin, "HB-01", at=None) == ["HB-01"]
+    origin.starts(200, held=False)
+    origin.started(OLD)
+    assert blamed(origin, "HB-01", at=199) == ["COM-26"]
+    assert blamed(origin, "HB-01", at=200) == ["HB-01"]
+
+
+def test_what_is_always_wrong_is_no_mixture() -> None:
+    """A beat that is lost in every life was not lost by the cut."""
+    origin = Origin()
+    origin.identified()
+    origin.starts(50, held=False)
+    origin.started(OLD)
+    found = origin.told([wrong("HB-01", 40), wrong("HB-01", 60), wrong("HB-06", 60)])
+    assert [verdict.requirement for verdict in found] == ["HB-01", "HB-01", "COM-26"]
+
+
 # What a device that starts elsewhere, or debounces otherwise, has taken its parameters for.
 
 
@@ -128,6 +155,15 @@ def test_another_rate_is_another_meaning_of_the_code() -> None:
     assert elsewhere(origin, OTHER_RATE, 100_000) == "COM-07"
     origin.blamed("NMT-02")
     assert blamed(origin, "ROB-02", at=50) == ["NMT-02"]
+
+
+def test_keys_that_are_held_may_have_nothing_to_do_with_it() -> None:
+    """Where it does not start without them either, it is what the start rests on."""
+    origin = Origin()
+    origin.stayed(OLD, (OTHER_ID,), [ASKED])
+    assert origin.starts(50, held=True) == origin.blames == "COM-27"
+    origin.keys_tell_nothing()
+    assert origin.blames == "COM-06"
 
 
 def test_another_rate_that_has_another_cause() -> None:

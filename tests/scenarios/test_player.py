@@ -126,10 +126,15 @@ def test_a_slow_light_may_miss_or_catch_a_change_of_state(text: str) -> None:
 
 
 HASTE = "off: 0ms power on; 300ms power off; 200ms power on"
+TWICE = (
+    "off: 0ms keys 11; 0ms power on; 20ms request 060200320001; 200ms request 0F0200320001;"
+    " 1s power off; 0ms keys 1; 300ms power on"
+)
 DARK = (
     "off: 0ms keys 11; 0ms power on; 20ms request 060200320001; 150ms look; 0ms look;"
     " 0ms send 206#03; 0ms look; 0ms power off"
 )
+HELD = "off: 0ms keys 1; 0ms power on"
 LONG = (
     "operational debounce=200: 60ms keys 100; 20650ms wait; 20ms keys 0; 20650ms wait;"
     " 20ms keys 100; 20650ms wait"
@@ -152,12 +157,15 @@ LONG = (
         ("debounce-signed", LONG, "COM-10"),
         ("debounce-too-short", LONG, "KEY-05"),
         ("led-frame-lights-while-echoing", DARK, "COM-12"),
+        ("second-request-changes-memory", TWICE, "COM-21"),
+        ("commissions-with-one-key", TWICE, "COM-27"),
+        ("code-two-is-default-of-cia", HELD, "COM-07"),
     ],
 )
 def test_silence_and_strange_times_are_looked_into(
     model: str, text: str, requirement: str
 ) -> None:
-    """Another bit rate, a longer pause, another debounce time: what is found out is blamed."""
+    """Another bit rate or debounce time, a longer pause, a key: what is found out is blamed."""
     assert broken(text, model) == {requirement}
     assert broken(text) == frozenset()
 
