@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -12,6 +11,7 @@ import pytest
 from hil_tests.bench.drivers.witness import (
     ENOUGH_NS,
     FULLY,
+    LOOK_NS,
     PATIENCE,
     ProcAccount,
     Witness,
@@ -19,8 +19,6 @@ from hil_tests.bench.drivers.witness import (
     main,
 )
 from hil_tests.clock import MS, US, S
-
-TICK_NS = S // os.sysconf("SC_CLK_TCK")
 
 
 class Told:
@@ -30,7 +28,7 @@ class Told:
         self.now = 1 * S
         self.wait_ns = 0
         self.state = "S"
-        self.stolen_ns = 0
+        self.spent_ns = 0
 
     def waited(self) -> int:
         """Once."""
@@ -41,9 +39,9 @@ class Told:
         """As set."""
         return frozenset(self.state)
 
-    def stolen(self) -> int:
+    def spent(self) -> int:
         """Once."""
-        found, self.stolen_ns = self.stolen_ns, 0
+        found, self.spent_ns = self.spent_ns, 0
         return found
 
     def clock(self) -> int:
@@ -63,6 +61,7 @@ class Scene:
     ) -> bool:
         """Look after a while in which it waited and came to that state."""
         self.account.now += after_ns
+        self.account.spent_ns = self.account.spent_ns or after_ns - LOOK_NS
         self.account.wait_ns, self.account.state = wait_ns, state
         return self.witness.look(fully=fully)
 
@@ -136,12 +135,18 @@ def test_a_stop_is_seen_with_every_fifth_look() -> None:
     assert [scene.look(state="T") for _ in range(FULLY + 1)] == [True] * 4 + [False] * 2
 
 
-def test_time_that_was_taken_from_the_machine_is_the_hosts() -> None:
-    """What its own host took from a virtual machine, it took from the device."""
+@pytest.mark.parametrize(
+    ("spent_ns", "pairs"), [(1 * MS, []), (1 * MS - 1, [(2 * MS, 5 * MS + 500 * US)])]
+)
+def test_a_witness_that_is_late_for_no_reason_vouches_for_nobody(
+    spent_ns: int, pairs: list[tuple[int, int]]
+) -> None:
+    """Its own run and its own wait are a reason; else the machine had no processor there."""
     scene = Scene()
-    scene.account.stolen_ns = 30 * MS
-    scene.look(fully=True)
-    assert scene.pairs == [(-30 * MS, 2 * MS)]
+    scene.look()
+    scene.account.spent_ns = spent_ns
+    scene.look(3 * MS + 500 * US)
+    assert scene.pairs == pairs
 
 
 # Answering the bench.
@@ -190,24 +195,27 @@ class Proc:
 
     def __init__(self, root: Path) -> None:
         self.root = root
-        self.steal(0)
+        self.cpus: list[set[int]] = []
+        """Where the witness was sent."""
+        self.own(0, 0)
 
-    def thread(self, number: int, waited_ns: int, state: str = "S") -> Path:
+    def own(self, run_ns: int, waited_ns: int) -> None:
+        """What the witness itself did."""
+        (self.root / "self").mkdir(exist_ok=True)
+        (self.root / "self" / "schedstat").write_text(f"{run_ns} {waited_ns} 6\n")
+
+    def thread(self, number: int, waited_ns: int, state: str = "S", cpu: int = 1) -> Path:
         """A thread of process 7."""
         folder = self.root / "7" / "task" / str(number)
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "schedstat").write_text(f"12345 {waited_ns} 6\n")
-        (folder / "stat").write_text(f"{number} (a) S (b) {state} 1 1 1\n")
+        (folder / "stat").write_text(f"{number} (a) S (b) {state} {'0 ' * 35}{cpu} 0 0\n")
         return folder
-
-    def steal(self, ticks: int) -> None:
-        """What the machine's host took."""
-        (self.root / "stat").write_text(f"cpu  1 2 3 4 5 6 7 {ticks} 0 0\ncpu0 1\n")
 
     @contextmanager
     def account(self) -> Iterator[ProcAccount]:
         """Of process 7."""
-        with closing(ProcAccount([7], self.root)) as account:
+        with closing(ProcAccount([7], self.root, self.cpus.append)) as account:
             yield account
 
 
@@ -251,15 +259,36 @@ def test_states_are_the_letters_behind_the_name(tmp_path: Path) -> None:
         assert account.states() == {"S", "R"}
 
 
-def test_stolen_time_counts_in_ticks_from_the_beginning(tmp_path: Path) -> None:
-    """A kernel that does not tell has stolen nothing."""
+def test_the_witness_goes_where_the_process_runs(tmp_path: Path) -> None:
+    """To the processors of all its threads, when they have changed."""
+    proc = Proc(tmp_path)
+    proc.thread(7, 0, cpu=1)
+    proc.thread(8, 0, cpu=3)
+    with proc.account() as account:
+        account.states()
+        account.states()
+        proc.thread(8, 0, cpu=1)
+        account.states()
+    assert proc.cpus == [{1, 3}, {1}]
+
+
+def test_a_witness_that_may_not_go_there_stays(tmp_path: Path) -> None:
+    """A processor may be kept for others."""
+
+    def refused(cpus: set[int]) -> None:
+        raise PermissionError(cpus)
+
+    Proc(tmp_path).thread(7, 0)
+    with closing(ProcAccount([7], tmp_path, refused)) as account:
+        assert account.states() == {"S"}
+
+
+def test_what_the_witness_did_itself_counts_from_the_beginning(tmp_path: Path) -> None:
+    """Run and wait, together."""
     proc = Proc(tmp_path)
     proc.thread(7, 0)
-    proc.steal(5)
+    proc.own(1_000, 50)
     with proc.account() as account:
-        assert account.stolen() == 0
-        proc.steal(8)
-        assert account.stolen() == 3 * TICK_NS
-        (tmp_path / "stat").write_text("cpu  1 2 3\n")
-    with proc.account() as account:
-        assert account.stolen() == 0
+        assert account.spent() == 0
+        proc.own(1_500, 70)
+        assert account.spent() == 520

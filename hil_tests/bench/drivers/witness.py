@@ -5,8 +5,10 @@
 Whatever comes in is answered by a line: pairs of due and sent in JSON. It ends with its input.
 
 Linux keeps the account: how long each thread was ready to run and had no processor, whether the
-process is stopped, and how much of a virtual machine's time its own host took. What was sent
-afterwards may have been due as much earlier.
+process is stopped. What a virtual machine's own host takes from its processors is in no
+account that is fine enough; so the witness follows the process to its processor, and where it
+comes to late itself for no reason, that may have been late, too. What was sent afterwards may
+have been due as much earlier.
 """
 
 from __future__ import annotations
@@ -35,11 +37,17 @@ FULLY = 5
 ENOUGH_NS = 200 * US
 """Who waited for less was not late: every process waits that long now and then."""
 
+MISSED_NS = 500 * US
+"""Who comes to later than that for no reason had no processor: no timer is so late."""
+
 _MEMORY_NS = 250 * MS
 """A process that never sleeps is late by what it waited in this time, not by all it ever did."""
 
 PATIENCE = 500
 """So many looks, a second, a process has to do what was due before the bus is judged."""
+
+_PROCESSOR = 36
+"""Where in `stat`, behind the name, the processor stands on which a thread ran last."""
 
 _COUNTED_ANEW = 50
 """The threads are counted again after so many looks."""
@@ -54,8 +62,12 @@ class Account(Protocol):
     def states(self) -> frozenset[str]:
         """What its threads do, in the letters of procfs: R, S, D, T, t and so on."""
 
-    def stolen(self) -> int:
-        """How many ns this machine's own host took from it since the last call."""
+    def spent(self) -> int:
+        """How many ns the witness itself ran or waited for a processor since the last call."""
+
+
+def _run_on(cpus: set[int]) -> None:
+    os.sched_setaffinity(0, cpus)
 
 
 class ProcAccount:
@@ -64,12 +76,19 @@ class ProcAccount:
     Args:
         pids: which.
         proc: where procfs is mounted.
+        go_to: makes the witness run on some processors.
 
     Raises:
         OSError: there is no account of them, or it may not be read.
     """
 
-    def __init__(self, pids: Sequence[int], proc: Path = PROC) -> None:
+    def __init__(
+        self,
+        pids: Sequence[int],
+        proc: Path = PROC,
+        go_to: Callable[[set[int]], object] = _run_on,
+    ) -> None:
+        self._go_to = go_to
         self._folders = [proc / str(pid) / "task" for pid in pids]
         self._open: dict[Path, tuple[int, int]] = {}
         """Of each thread: its account and its state, as open files."""
@@ -78,9 +97,10 @@ class ProcAccount:
         if not self._open:
             raise OSError(f"the kernel keeps no account of {', '.join(map(str, pids))}")
         self._looks = 0
-        self._machine = os.open(proc / "stat", os.O_RDONLY)
-        self._tick_ns = S // os.sysconf("SC_CLK_TCK")
-        self._stolen = self._ticks_stolen()
+        self._cpus: set[int] = set()
+        self._own = os.open(proc / "self" / "schedstat", os.O_RDONLY)
+        self._spent = 0
+        self.spent()
 
     def waited(self) -> int:
         """See Account."""
@@ -99,22 +119,24 @@ class ProcAccount:
         return waited_ns
 
     def states(self) -> frozenset[str]:
-        """See Account."""
-        found = set()
+        """See Account; the witness goes where they ran last."""
+        found, cpus = set(), set()
         for _, file in self._open.values():
-            with suppress(OSError, IndexError):
+            with suppress(OSError, IndexError, ValueError):
                 # The name of the program stands in brackets, and may hold anything.
-                found.add(os.pread(file, 512, 0).rpartition(b")")[2].split()[0].decode("ascii"))
+                words = os.pread(file, 512, 0).rpartition(b")")[2].split()
+                found.add(words[0].decode("ascii"))
+                cpus.add(int(words[_PROCESSOR]))
+        if cpus and cpus != self._cpus:
+            self._cpus = cpus
+            with suppress(OSError):  # it may be kept from there
+                self._go_to(cpus)
         return frozenset(found)
 
-    def stolen(self) -> int:
-        """See Account; in whole ticks."""
-        before, self._stolen = self._stolen, self._ticks_stolen()
-        return (self._stolen - before) * self._tick_ns
-
-    def _ticks_stolen(self) -> int:
-        words = os.pread(self._machine, 256, 0).split()
-        return int(words[8]) if len(words) > 8 and words[8].isdigit() else 0
+    def spent(self) -> int:
+        """See Account."""
+        before, self._spent = self._spent, sum(map(int, os.pread(self._own, 64, 0).split()[:2]))
+        return self._spent - before
 
     def _count(self) -> None:
         for folder in self._folders:
@@ -143,7 +165,7 @@ class ProcAccount:
         """Close every file."""
         for thread in list(self._open):
             self._forget(thread)
-        os.close(self._machine)
+        os.close(self._own)
 
 
 class Witness:
@@ -165,6 +187,7 @@ class Witness:
         self._stopped_from: int | None = None
         self._pairs: list[tuple[int, int]] = []
         account.waited()
+        account.spent()
 
     def look(self, *, fully: bool = False) -> bool:
         """Look once.
@@ -175,7 +198,7 @@ class Witness:
         Returns:
             Whether everything that was due is done, as far as was looked.
         """
-        waited_ns = self._account.waited()
+        waited_ns, spent_ns = self._account.waited(), self._account.spent()
         last, now = self._looked_at, self._clock()
         self._looked_at = now
         self._looks += 1
@@ -184,6 +207,8 @@ class Witness:
         late_ns = self._lately(now)
         if late_ns > ENOUGH_NS:
             self._pairs.append((last - late_ns, now))
+        if now - last - LOOK_NS - spent_ns > MISSED_NS:
+            self._pairs.append((last, now))
         if not fully and not self._waits and self._looks % FULLY:
             return self._stopped_from is None
         return self._ask(now)
@@ -197,8 +222,6 @@ class Witness:
             self._stopped_from = last
         if self._stopped_from is not None:
             self._pairs.append((self._stopped_from, now))
-        if stolen_ns := self._account.stolen():
-            self._pairs.append((last - stolen_ns, now))
         done = not stopped and "R" not in states
         if done:
             self._stopped_from = None
