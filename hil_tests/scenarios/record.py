@@ -50,7 +50,7 @@ class Life:
             cobs.EMCY + node_id: Life._emergency,
             cobs.ECHO: Life._echo,
         }
-        self.edges = [Edge(Interval(-1, -1), held)]
+        self.edges = [Edge(exactly(-FOREVER), held)]
         self.turns: list[Turn] = []
         self.reports: list[Report] = []
         self.starts: list[Start] = []

@@ -429,3 +429,11 @@ def test_a_reset_with_one_of_both_keys_held_is_played() -> None:
     text = "operational: 0ms keys 1; 300ms nmt reset-node"
     assert broken(text) == frozenset()
     assert "NMT-06" in broken(text, "ignores-reset-node")
+
+
+def test_the_first_scenario_of_a_bench_is_judged_like_every_other() -> None:
+    """Keys that nobody has touched have been still for ever, not since time began."""
+    lab = Lab(model="debounce-capped")
+    line = scenario("off debounce=23: 0ms power on; 0ms nmt start; 60ms keys 100; 6570ms keys 0")
+    found = [lab.play(line), lab.play(line)]
+    assert [each.requirements for each in found if each] == [frozenset({"COM-10"})] * 2
