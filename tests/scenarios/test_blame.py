@@ -106,3 +106,38 @@ def test_faulty_models_are_blamed_for_the_cause(model: str, step: str, requireme
     if "stop" in step:
         text = text.replace("pre-operational", "operational")
     assert first(text, model) == requirement
+
+
+@pytest.mark.parametrize(
+    ("frames", "requirement"),
+    [
+        ([GARBAGE, "706#04"], "NMT-07"),
+        ([GARBAGE, BEAT], "KEY-01"),
+        ([GARBAGE, BOOT], "KEY-01"),
+        ([GARBAGE, f">{STOP}", "706#04"], "KEY-01"),
+        ([GARBAGE, ">000#0207", "706#04"], "NMT-07"),
+        ([GARBAGE], "KEY-01"),
+    ],
+    ids=["elsewhere", "operational", "starts", "sent away since", "another sent", "silent"],
+)
+def test_a_device_that_did_not_enter_owes_no_key_frame(
+    frames: list[str], requirement: str
+) -> None:
+    """Its next heartbeat tells that the command led to another state."""
+    found = blamed("KEY-01", BEAT, ">000#0106", *frames, at_ms=30)
+    assert found.requirement == requirement
+
+
+@pytest.mark.parametrize(
+    ("lure", "requirement"),
+    [
+        ("206#0F", "NMT-02"),
+        ("306#F0", "NMT-02"),
+        ("206#", "ROB-01"),
+        ("206#0F00", "ROB-01"),
+        ("207#0F", "ROB-01"),
+    ],
+)
+def test_a_regular_frame_for_its_leds_leads_to_no_restart(lure: str, requirement: str) -> None:
+    """It is there for them; a frame that is too short or too long, or another's, is traffic."""
+    assert blamed("NMT-02", BEAT, f">{lure}", BEAT, BOOT).requirement == requirement
