@@ -103,6 +103,9 @@ class BitRateDriver(Protocol):
 class HealthDriver(Protocol):
     """Asks how late the host of a simulated device was."""
 
+    about: str
+    """Who says so, for people."""
+
     def late(self) -> Action[Sequence[tuple[int, int]]]:
         """Pairs (due, sent) in ns since the last call.
 

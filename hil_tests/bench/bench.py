@@ -184,6 +184,7 @@ class Bench(JudgingBench):
             "bench": self.stage.name,
             "bus": f"{port.name}, {self.stage.bit_rate} bit/s, {wire} wire",
             "clock": port.clock,
+            "lateness": self.stage.health.about if self.stage.health else "",
         }
 
     # Load.

@@ -143,6 +143,7 @@ class ReplayStage:
     """
 
     timed_sequences = True
+    about = "as it was recorded"
 
     def __init__(self, record: TestRecord, facilities: Sequence[str]) -> None:
         self.port = ReplayPort(record)

@@ -44,6 +44,7 @@ def bench_lines(run: Run) -> list[str]:
     return [
         f"bus: {facts['bus']}",
         f"clock: {facts['clock']}",
+        *([f"lateness of the host: {facts['lateness']}"] if facts["lateness"] else []),
         f"{bench.set_to}: {known}",
         *([run.who.line] if run.who.line else []),
         *(f"IDENTITY: {text}" for text in run.who.warnings),

@@ -296,6 +296,7 @@ def test_the_description_is_for_people() -> None:
         "bench": "desk",
         "bus": "fake0, 250000 bit/s, untimed wire",
         "clock": "a fake one",
+        "lateness": "",
     }
     bench.close()
     assert stage.asked == ["close"]

@@ -49,6 +49,7 @@ def sleeper() -> Iterator[subprocess.Popen[bytes]]:
 def test_a_process_that_somebody_stops_is_late() -> None:
     """Seen from outside, without its help."""
     with sleeper() as child, closing(NeighbourHealth([child.pid])) as health:
+        assert health.about == f"seen by a witness of process {child.pid} of this computer"
         child.send_signal(signal.SIGSTOP)
         os.waitid(os.P_PID, child.pid, os.WSTOPPED)
         stopped_at = time.time_ns()

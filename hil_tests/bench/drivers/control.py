@@ -319,6 +319,8 @@ class ControlBitRate(_Facility):
 class ControlHealth(_Facility):
     """Asks the host of a model how late it was."""
 
+    about = "told by the simulated device's host"
+
     def __init__(self, session: ControlSession) -> None:
         super().__init__(session, "health")
 

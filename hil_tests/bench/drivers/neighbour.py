@@ -80,6 +80,8 @@ class NeighbourHealth:
     """
 
     def __init__(self, pids: Sequence[int]) -> None:
+        processes = ", ".join(map(str, pids))
+        self.about = f"seen by a witness of process {processes} of this computer"
         command = [sys.executable, "-m", "hil_tests.bench.drivers.witness", *map(str, pids)]
         pipe = subprocess.PIPE
         # Its input is its leash: it never outlives us, however we end.
@@ -90,7 +92,7 @@ class NeighbourHealth:
         ready, _, _ = select.select([self._witness.stdout], [], [], READY_S)
         if not ready or not self._witness.stdout.readline():
             self.close()
-            raise OSError(f"the kernel keeps no account of {', '.join(map(str, pids))}")
+            raise OSError(f"the kernel keeps no account of {processes}")
 
     def late(self) -> _Asking:
         """Pairs (due, sent) in ns since the last call."""

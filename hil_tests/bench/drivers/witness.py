@@ -281,8 +281,9 @@ def main(pids: Sequence[str]) -> int:
         sys.stderr.write(f"{error}\n")
         return 1
     with closing(account), suppress(BrokenPipeError):
+        witness = Witness(account, time.time_ns)
         _say("ready")
-        look_on(Witness(account, time.time_ns), _next_word, _say)
+        look_on(witness, _next_word, _say)
     return 0
 
 
