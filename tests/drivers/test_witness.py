@@ -12,7 +12,7 @@ from hil_tests.bench.drivers.witness import (
     ENOUGH_NS,
     FULLY,
     LOOK_NS,
-    PATIENCE,
+    PATIENCE_NS,
     ProcAccount,
     Witness,
     look_on,
@@ -28,6 +28,7 @@ class Told:
         self.now = 1 * S
         self.wait_ns = 0
         self.state = "S"
+        self.ran_ns = 0
         self.spent_ns = 0
 
     def waited(self) -> int:
@@ -39,9 +40,9 @@ class Told:
         """As set."""
         return frozenset(self.state)
 
-    def spent(self) -> int:
+    def spent(self) -> tuple[int, int]:
         """Once."""
-        found, self.spent_ns = self.spent_ns, 0
+        found, self.ran_ns, self.spent_ns = (self.ran_ns, self.spent_ns), 0, 0
         return found
 
     def clock(self) -> int:
@@ -149,6 +150,21 @@ def test_a_witness_that_is_late_for_no_reason_vouches_for_nobody(
     assert scene.pairs == pairs
 
 
+@pytest.mark.parametrize(
+    ("ran_ns", "pause_ns"),
+    [(0, LOOK_NS), (100 * US, LOOK_NS), (101 * US, 2_020 * US), (6 * MS, 100 * MS)],
+)
+def test_dear_looks_are_rare(ran_ns: int, pause_ns: int) -> None:
+    """On a slow machine the witness must not take the time that it is to measure."""
+    scene = Scene()
+    scene.account.ran_ns = ran_ns
+    scene.look()
+    assert scene.witness.pause_ns == pause_ns
+    scene.account.spent_ns = 1
+    scene.look(pause_ns + 500 * US)
+    assert scene.pairs == []
+
+
 # Answering the bench.
 
 
@@ -158,7 +174,8 @@ def told(states: str, *words: bytes | None) -> list[str]:
     lines: list[str] = []
     said, state = iter(words), iter(states)
 
-    def wait() -> bytes | None:
+    def wait(pause_ns: int) -> bytes | None:
+        assert pause_ns == LOOK_NS
         account.now += 2 * MS
         account.state = next(state, "S")
         return next(said, b"")
@@ -177,8 +194,9 @@ def test_the_bench_is_answered_when_the_work_is_done() -> None:
 
 def test_a_process_that_never_rests_is_not_waited_for_for_ever() -> None:
     """After a second the bench hears what is known."""
-    assert told("R" * PATIENCE, b"?", *(None,) * (PATIENCE - 2)) == []
-    assert told("R" * PATIENCE, b"?", *(None,) * (PATIENCE - 1)) == ["[]"]
+    looks = PATIENCE_NS // LOOK_NS
+    assert told("R" * looks, b"?", *(None,) * (looks - 2)) == []
+    assert told("R" * looks, b"?", *(None,) * (looks - 1)) == ["[]"]
 
 
 def test_a_process_that_does_not_exist_has_no_account(capsys: pytest.CaptureFixture[str]) -> None:
@@ -284,11 +302,11 @@ def test_a_witness_that_may_not_go_there_stays(tmp_path: Path) -> None:
 
 
 def test_what_the_witness_did_itself_counts_from_the_beginning(tmp_path: Path) -> None:
-    """Run and wait, together."""
+    """Run and wait."""
     proc = Proc(tmp_path)
     proc.thread(7, 0)
     proc.own(1_000, 50)
     with proc.account() as account:
-        assert account.spent() == 0
+        assert account.spent() == (0, 0)
         proc.own(1_500, 70)
-        assert account.spent() == 520
+        assert account.spent() == (500, 20)

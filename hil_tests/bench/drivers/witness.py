@@ -31,6 +31,12 @@ PROC = Path("/proc")
 LOOK_NS = 2 * MS
 """How often the account is read; by so much more than it waited is a frame widened at most."""
 
+SELDOM = 20
+"""The witness takes one part in so many of a processor: dear looks are rare."""
+
+_LONGEST_NS = 100 * MS
+"""Between two looks."""
+
 FULLY = 5
 """Of so many looks one asks for what seldom changes, and costs more."""
 
@@ -43,8 +49,8 @@ MISSED_NS = 500 * US
 _MEMORY_NS = 250 * MS
 """A process that never sleeps is late by what it waited in this time, not by all it ever did."""
 
-PATIENCE = 500
-"""So many looks, a second, a process has to do what was due before the bus is judged."""
+PATIENCE_NS = 1 * S
+"""How long a process has to do its work before the bus is judged."""
 
 _PROCESSOR = 36
 """Where in `stat`, behind the name, the processor stands on which a thread ran last."""
@@ -62,8 +68,8 @@ class Account(Protocol):
     def states(self) -> frozenset[str]:
         """What its threads do, in the letters of procfs: R, S, D, T, t and so on."""
 
-    def spent(self) -> int:
-        """How many ns the witness itself ran or waited for a processor since the last call."""
+    def spent(self) -> tuple[int, int]:
+        """How many ns the witness itself ran, and waited for a processor, since the last call."""
 
 
 def _run_on(cpus: set[int]) -> None:
@@ -99,7 +105,7 @@ class ProcAccount:
         self._looks = 0
         self._cpus: set[int] = set()
         self._own = os.open(proc / "self" / "schedstat", os.O_RDONLY)
-        self._spent = 0
+        self._spent = 0, 0
         self.spent()
 
     def waited(self) -> int:
@@ -133,10 +139,12 @@ class ProcAccount:
                 self._go_to(cpus)
         return frozenset(found)
 
-    def spent(self) -> int:
+    def spent(self) -> tuple[int, int]:
         """See Account."""
-        before, self._spent = self._spent, sum(map(int, os.pread(self._own, 64, 0).split()[:2]))
-        return self._spent - before
+        before = self._spent
+        run, waited = map(int, os.pread(self._own, 64, 0).split()[:2])
+        self._spent = run, waited
+        return run - before[0], waited - before[1]
 
     def _count(self) -> None:
         for folder in self._folders:
@@ -180,6 +188,8 @@ class Witness:
         self._account = account
         self._clock = clock
         self._looks = 0
+        self.pause_ns = LOOK_NS
+        """How long to wait until the next look."""
         self._looked_at = self._asked_at = clock()
         """The last look, and the last one at everything."""
         self._waits: deque[tuple[int, int]] = deque()
@@ -198,7 +208,7 @@ class Witness:
         Returns:
             Whether everything that was due is done, as far as was looked.
         """
-        waited_ns, spent_ns = self._account.waited(), self._account.spent()
+        waited_ns, (run_ns, kept_ns) = self._account.waited(), self._account.spent()
         last, now = self._looked_at, self._clock()
         self._looked_at = now
         self._looks += 1
@@ -207,8 +217,9 @@ class Witness:
         late_ns = self._lately(now)
         if late_ns > ENOUGH_NS:
             self._pairs.append((last - late_ns, now))
-        if now - last - LOOK_NS - spent_ns > MISSED_NS:
+        if now - last - self.pause_ns - run_ns - kept_ns > MISSED_NS:
             self._pairs.append((last, now))
+        self.pause_ns = min(max(SELDOM * run_ns, LOOK_NS), _LONGEST_NS)
         if not fully and not self._waits and self._looks % FULLY:
             return self._stopped_from is None
         return self._ask(now)
@@ -242,29 +253,28 @@ class Witness:
 
 
 def look_on(
-    witness: Witness, wait: Callable[[], bytes | None], tell: Callable[[str], object]
+    witness: Witness, wait: Callable[[int], bytes | None], tell: Callable[[str], object]
 ) -> None:
     """Look on, and answer the bench, until it hangs up.
 
     Args:
         witness: looks.
-        wait: until the next look; what the bench said: None = nothing, b"" = it has hung up.
+        wait: so many ns; what the bench said: None = nothing, b"" = it has hung up.
         tell: takes a line for the bench: as soon as the process has done what was due.
     """
-    patience = 0
-    while (said := wait()) != b"":
-        if said:
-            patience = PATIENCE
-        done = witness.look(fully=patience > 0)
-        if patience and (done or patience == 1):
+    asked, left_ns = False, 0
+    while (said := wait(witness.pause_ns)) != b"":
+        left_ns = (PATIENCE_NS if said else left_ns) - witness.pause_ns
+        asked = asked or bool(said)
+        done = witness.look(fully=asked)
+        if asked and (done or left_ns <= 0):
             tell(json.dumps(witness.take()))
-            patience = 0
-        patience = max(patience - 1, 0)
+            asked = False
 
 
-def _next_word() -> bytes | None:
+def _next_word(pause_ns: int) -> bytes | None:
     """See `look_on`."""
-    readable, _, _ = select.select([0], [], [], LOOK_NS / S)
+    readable, _, _ = select.select([0], [], [], pause_ns / S)
     return os.read(0, 64) if readable else None
 
 
