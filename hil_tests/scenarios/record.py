@@ -38,6 +38,7 @@ class Life:
         self._bench = bench
         self._node_id = node_id
         self._limits = bench.profile.limits
+        self._alive_from = -FOREVER
         self._deaf_until = -1
         self._written_at = -FOREVER
         self._wrote_blink = False
@@ -105,6 +106,7 @@ class Life:
     def _power(self, moment: Moment) -> None:
         if moment.detail["on"]:
             self._start(moment.when, 0)
+            self._deaf_until = self._alive_from = moment.when.earliest
             self._full = True
             self.lights.append(Restart())
         elif self.turns:
@@ -165,8 +167,10 @@ class Life:
             take(self, seen)
 
     def _key_frame(self, seen: Seen) -> None:
-        wanted = self._bench.when(seen)
-        if self.turns and wanted.earliest > self._deaf_until:
+        earliest, latest = self._bench.when(seen)
+        # Before its supply it asked for nothing.
+        wanted = Interval(max(earliest, self._alive_from), latest)
+        if self.turns and wanted.earliest >= self._deaf_until:
             mask = int.from_bytes(seen.frame.data, "little")
             self.reports.append(Report(wanted, mask))
 

@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from hil_tests.bench.keypad import KeypadBench
+from hil_tests.bench.virtual import VirtualStage
 from hil_tests.clock import FOREVER, MS
+from hil_tests.config import load_keypad
 from hil_tests.explore.lab import Lab
 from hil_tests.judge.cobs import Nmt
 from hil_tests.judge.lights import Chance, Leave, Look, Restart, Write
+from hil_tests.scenarios.play import play
 from hil_tests.scenarios.record import Life
+from hil_tests.scenarios.scenario import scenario
 from hil_tests.trace import BusEvent, EventKind, Moment
+from node_model import devices
 from node_model.frame import Frame
+from node_model.keypad.keypad import Keypad
 from tests.bench.fakes import bench_of
 
 
@@ -223,3 +231,22 @@ def test_what_the_device_sent_before_its_start_is_of_another_life() -> None:
     found = life(bench)
     assert [report.mask for report in found.reports] == [2]
     assert found.starts == []
+
+
+class AtOnce(Keypad):
+    """A right keypad that initialises in a microsecond."""
+
+    def start_ns(self) -> int:
+        """From power-on."""
+        return 1_000
+
+
+def test_what_a_device_sends_at_once_after_power_on_is_of_that_life() -> None:
+    """It can have been asked for before the supply came only by a device that had some."""
+    profile = load_keypad("keypad")
+    blueprint = replace(devices.read(profile.path, None), maker=AtOnce)
+    bench = KeypadBench(VirtualStage(blueprint), profile, profile.factory)
+    bench.begin()
+    line = "off: 0ms power on; 0ms nmt start; 60ms keys 100; 300ms keys 0"
+    assert play(bench, scenario(line)) == []
+    assert [report.mask for report in life(bench).reports][:1] == [0]
