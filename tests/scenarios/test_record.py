@@ -247,6 +247,6 @@ def test_what_a_device_sends_at_once_after_power_on_is_of_that_life() -> None:
     blueprint = replace(devices.read(profile.path, None), maker=AtOnce)
     bench = KeypadBench(VirtualStage(blueprint), profile, profile.factory)
     bench.begin()
-    line = "off: 0ms power on; 0ms nmt start; 60ms keys 100; 300ms keys 0"
+    waits = "off: 0ms keys 11; 0ms power on; 0ms request 090103E80001; 502ms power off; "
+    line = f"{waits}0ms keys 0; 0ms power on; 0ms nmt start; 60ms keys 100; 300ms keys 0"
     assert play(bench, scenario(line)) == []
-    assert [report.mask for report in life(bench).reports][:1] == [0]
