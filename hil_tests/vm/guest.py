@@ -28,6 +28,9 @@ HOST_TAG = "host"
 PART = ".copying-"
 """What the folder in a results folder begins with that holds files which are not yet whole."""
 
+EXACT_TIME = "NODEPROOF_EXACT_TIME"
+"""Tells a program that its clock counts instructions, so that nothing outside makes it late."""
+
 _JOB = "/run/nodeproof-job"
 _JOB_ID = "/run/nodeproof-job-id"
 _FOLDERS = ("bin", "dev", "proc", "sys", "run", "host", "writes", "root", "modules")
@@ -79,7 +82,7 @@ def initial_files(job: Job, busybox: bytes, modules: Sequence[Module]) -> bytes:
 
 def job_script(job: Job) -> str:
     """Returns what the host's /bin/sh runs in the guest: environment, folder, command."""
-    environment = {**job.environment, "PYTHONDONTWRITEBYTECODE": "1"}
+    environment = {**job.environment, "PYTHONDONTWRITEBYTECODE": "1", EXACT_TIME: "1"}
     # The overlay forgets bytecode at power-off, so writing it would only cost time. Names that no
     # shell can export (functions exported by bash) are of no use here.
     exports = [

@@ -10,7 +10,7 @@ import pytest
 from hil_tests.bench import real
 from hil_tests.bench.drivers.command import CommandPower
 from hil_tests.bench.drivers.control import ControlHealth, ControlKeys, ControlPower
-from hil_tests.bench.drivers.neighbour import NeighbourHealth
+from hil_tests.bench.drivers.neighbour import EXACT_TIME, NeighbourHealth
 from hil_tests.bench.drivers.operator import OperatorLeds
 from hil_tests.bench.virtual import VirtualStage
 from hil_tests.clock import MS, S, exactly
@@ -203,9 +203,10 @@ def test_a_server_that_lacks_what_the_file_says(tmp_path: Path) -> None:
     ],
 )
 def test_a_simulated_device_on_this_machine_is_looked_at(
-    tmp_path: Path, can: list[str], health: type
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, can: list[str], health: type
 ) -> None:
     """Where it tells its lateness itself, it is asked; a real one has no process to look at."""
+    monkeypatch.delenv(EXACT_TIME, raising=False)
     with scripted(tmp_path, [answer()], can=can) as address, ExitStack() as leave:
         stage = real.RealStage(
             "desk", FakePort(), 125_000, exclusive=True, writes_allowed=True, leave=leave
@@ -213,6 +214,18 @@ def test_a_simulated_device_on_this_machine_is_looked_at(
         session = real.open_session(stage, address, leave)
         real.fit_control(stage, session, ["power"], [])
         assert isinstance(stage.health, health)
+
+
+def test_where_time_is_exact_nobody_looks_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the virtual machine no host makes a process late, and every look is dear."""
+    monkeypatch.setenv(EXACT_TIME, "1")
+    with scripted(tmp_path, [answer()], can=["power", "bus"]) as address, ExitStack() as leave:
+        stage = stage_on(FakePort())
+        session = real.open_session(stage, address, leave)
+        real.fit_control(stage, session, ["power"], [])
+        assert stage.health is None
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from hil_tests.bench.drivers.neighbour import EXACT_TIME
 from hil_tests.vm import guest
 from hil_tests.vm.initramfs import archive, character_device, directory, regular
 from hil_tests.vm.machine import Machine
@@ -68,6 +69,7 @@ def test_the_job_keeps_folder_arguments_and_environment() -> None:
     assert "export QUOTED='it'\"'\"'s'" in script
     assert "BASH_FUNC" not in script
     assert "export PYTHONDONTWRITEBYTECODE=1" in script
+    assert f"export {EXACT_TIME}=1" in script
 
 
 @pytest.mark.parametrize("results", [(), (Path("/r/one two"), Path("/s"))])

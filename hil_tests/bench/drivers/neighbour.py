@@ -26,6 +26,10 @@ from hil_tests.errors import ControlError
 READY_S = 60
 """How long the witness may take to start: Python is slow in an emulated machine."""
 
+EXACT_TIME = "NODEPROOF_EXACT_TIME"
+"""Set in a machine whose clock counts its own instructions (`nodeproof vcan`): no host makes it
+late, and there a look takes as long as a test."""
+
 _ANSWER_NS = 5 * S
 _CHUNK = 65_536
 
