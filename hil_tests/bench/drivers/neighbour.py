@@ -20,7 +20,7 @@ from ipaddress import IPv6Address, ip_address
 from pathlib import Path
 
 from hil_tests.bench.drivers.witness import PROC
-from hil_tests.clock import S
+from hil_tests.clock import S, show_span
 from hil_tests.errors import ControlError
 
 READY_S = 60
@@ -35,12 +35,18 @@ _CHUNK = 65_536
 
 
 class _Asking:
-    """A question to the witness; it answers when the process has done what was due."""
+    """A question to the witness; it answers when the process has done what was due.
 
-    def __init__(self, witness: subprocess.Popen[bytes]) -> None:
+    Args:
+        witness: its process.
+        of: whose witness it is, for people.
+    """
+
+    def __init__(self, witness: subprocess.Popen[bytes], of: str) -> None:
         assert witness.stdin is not None
         assert witness.stdout is not None
         self._ask, self._told = witness.stdin, witness.stdout
+        self._of = of
         self._said = bytearray()
         self.descriptors = (self._told.fileno(),)
         self.wake_at = 0
@@ -63,10 +69,16 @@ class _Asking:
             if part.endswith(b"\n"):
                 return True
             if not part:
-                raise ControlError("the witness of the simulated device's process has ended")
+                raise self._lost("has ended")
         if now >= self.wake_at:
-            raise ControlError("the witness of the simulated device's process does not answer")
+            raise self._lost(f"has not answered for {show_span(_ANSWER_NS)}")
         return False
+
+    def _lost(self, why: str) -> ControlError:
+        return ControlError(
+            f"the witness of {self._of}, the simulated device, {why}; start the run again, or let "
+            "the control server tell its lateness itself (`health`, docs/control-protocol.md)"
+        )
 
     def result(self) -> Sequence[tuple[int, int]]:
         """Pairs (due, sent)."""
@@ -85,7 +97,8 @@ class NeighbourHealth:
 
     def __init__(self, pids: Sequence[int]) -> None:
         processes = ", ".join(map(str, pids))
-        self.about = f"seen by a witness of process {processes} of this computer"
+        self._of = f"process {processes} of this computer"
+        self.about = f"seen by a witness of {self._of}"
         command = [sys.executable, "-m", "hil_tests.bench.drivers.witness", *map(str, pids)]
         pipe = subprocess.PIPE
         # Its input is its leash: it never outlives us, however we end.
@@ -100,7 +113,7 @@ class NeighbourHealth:
 
     def late(self) -> _Asking:
         """Pairs (due, sent) in ns since the last call."""
-        return _Asking(self._witness)
+        return _Asking(self._witness, self._of)
 
     def close(self) -> None:
         """Look no more."""
@@ -116,8 +129,10 @@ def processes_behind(connection: socket.socket, proc: Path = PROC) -> list[int]:
 
     Args:
         connection: a stream, connected.
-        proc: where procfs is mounted.
+        proc: where procfs is mounted; without one nobody is known.
     """
+    if not proc.is_dir():
+        return []
     if connection.family == socket.AF_UNIX:
         answer = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12)
         return [pid for pid in struct.unpack("=3i", answer)[:1] if pid > 0]
