@@ -31,6 +31,8 @@ class Bench(JudgingBench):
     seed = 0
     """Of everything that a test draws."""
 
+    _loaded = False
+
     def _new_watch(self, *, off: bool, since: int | None = None) -> Watch:
         """A device that goes on beats as it did."""
         watch = super()._new_watch(off=off, since=since)
@@ -193,14 +195,17 @@ class Bench(JudgingBench):
         """Load the bus from another station; False where this bench cannot."""
         if not self.stage.load(frames, share_ppm):
             return False
+        self._loaded = True
         self.trace.note(chronicle.loading(self.now(), frames, share_ppm))
         self.watch.admit(frozenset(frame.can_id for frame in frames))
         return True
 
     def end_load(self) -> None:
-        """The loading station falls silent."""
-        self.stage.end_load()
-        self.trace.note(Moment("unload", self.now(), self.now()))
+        """Every loading station falls silent; nothing is done where there is none."""
+        if self._loaded:
+            self._loaded = False
+            self.stage.end_load()
+            self.trace.note(Moment("unload", self.now(), self.now()))
 
     def needs_timed_wire(self, why: str) -> None:
         """Raise NotRun on a wire without arbitration and bit times."""
